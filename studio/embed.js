@@ -6,6 +6,14 @@ import { replaceConfig, state, watch } from "./state.js";
 
 /** @typedef {{source?: string, target?: string, config?: Record<string, any>, key?: string}} Wanted */
 
+/** @type {(asset: import("./api/types.js").Asset, config?: Record<string, any>) => Promise<void>} */
+let showDrawing = async () => {};
+
+/** @param {(asset: import("./api/types.js").Asset, config?: Record<string, any>) => Promise<void>} show takes targets that are flat */
+export function showDrawingsBy(show) {
+  showDrawing = show;
+}
+
 /**
  * Opens what the address names: `?source=ast_…&target=ast_…&config={…}`.
  * @returns {Promise<boolean>} whether it names anything
@@ -23,7 +31,9 @@ async function load({ source, target, config, key }) {
   if (key !== undefined) setKey(key);
   await attempt(async () => {
     if (source) await useAsset("source", await getJson(`/v1/assets/${encodeURIComponent(source)}`));
-    if (target) await useAsset("target", await getJson(`/v1/assets/${encodeURIComponent(target)}`));
+    const character = target ? await getJson(`/v1/assets/${encodeURIComponent(target)}`) : null;
+    if (character?.format === "drawing") return showDrawing(character, config);
+    if (character) await useAsset("target", character);
     if (config) replaceConfig(config);
   });
 }

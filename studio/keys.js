@@ -7,13 +7,21 @@ import { byId, el } from "./dom.js";
 /** @type {Key[]} */
 const known = [];
 
+/** @type {() => boolean} */
+let areWanted = () => true;
+
+/** Says when keys do something that do not say it themselves. @param {() => boolean} are */
+export function keysAreFor(are) {
+  areWanted = are;
+}
+
 /**
  * @param {string} keys as they are shown, such as "Ctrl+Z"
  * @param {string} about
  * @param {(event: KeyboardEvent) => void} run
  * @param {() => boolean} [isWanted] else the key does what it always does
  */
-export function key(keys, about, run, isWanted = () => true) {
+export function key(keys, about, run, isWanted = () => areWanted()) {
   const wanted = keys.split(" or ").map((combination) => {
     const parts = combination.split("+");
     const last = parts.pop() ?? "";

@@ -5,8 +5,8 @@ import { attempt, figures, onFigure, open, showSourceClip, useAsset } from "./ap
 import { addToBatch, setUpBatch, showBatch } from "./batch/panel.js";
 import { byId, canvasById, el, forgetColors } from "./dom.js";
 import { choose, dropping } from "./drop.js";
-import { listenToParent, openFromAddress } from "./embed.js";
-import { key, listen, showKeys } from "./keys.js";
+import { listenToParent, openFromAddress, showDrawingsBy } from "./embed.js";
+import { key, keysAreFor, listen, showKeys } from "./keys.js";
 import { mappingPanel } from "./mapping/panel.js";
 import { editsPanel } from "./ops/edits.js";
 import { opsPanel } from "./ops/panel.js";
@@ -48,12 +48,12 @@ const showTab = tabs(byId("tabs"), byId("panels"), [
 
 /** @param {"source"|"target"} slot @param {File[]} files */
 function take(slot, files) {
-  if (!byId("batch").hidden) return void addToBatch(slot === "source" ? "sources" : "targets", files);
+  if (page === "batch") return void addToBatch(slot === "source" ? "sources" : "targets", files);
   if (files.length > 1) {
-    setBatch(true);
+    void showPage("batch");
     return void addToBatch(slot === "source" ? "sources" : "targets", files);
   }
-  if (files[0]) void open(slot, files[0], files[0].name).then(begin);
+  if (files[0]) void open(slot, files[0], files[0].name, showDrawing).then(begin);
 }
 
 function begin() {
@@ -63,21 +63,45 @@ function begin() {
 async function openSample() {
   resetConfig();
   await attempt(async () => {
-    const [walk, mannequin] = await Promise.all(["walk", "mannequin"].map(async (name) => {
-      const bytes = await (await fetch(`sample/${name}.glb`)).blob();
-      return getJson(`/v1/assets?filename=${name}.glb`, { method: "POST", body: bytes, headers: { "content-type": "application/octet-stream" } });
-    }));
+    const [walk, mannequin] = await Promise.all(["walk.glb", "mannequin.glb"].map(sampleAsset));
     await Promise.all([useAsset("source", walk), useAsset("target", mannequin)]);
     begin();
   });
 }
 
-/** @param {boolean} isShown */
-function setBatch(isShown) {
-  byId("batch").hidden = !isShown;
-  byId("stage").hidden = isShown;
-  byId("show-batch").textContent = isShown ? "Back" : "Batch";
-  if (isShown) showBatch((slot) => void choose(true).then((files) => addToBatch(slot, files)));
+/** @typedef {"stage"|"batch"|"drawing"} Page */
+/** @type {Page} */
+let page = "stage";
+
+/** @param {Page} wanted */
+async function showPage(wanted) {
+  page = wanted;
+  for (const name of /** @type {Page[]} */ (["stage", "batch", "drawing"])) byId(name).hidden = name !== wanted;
+  for (const name of ["batch", "drawing"]) byId(`show-${name}`).setAttribute("aria-pressed", String(name === wanted));
+  drawBar();
+  if (wanted === "batch") showBatch((slot) => void choose(true).then((files) => addToBatch(slot, files)));
+  if (wanted === "drawing") (await drawingPage()).draw();
+}
+
+/** @type {Promise<ReturnType<typeof import("./drawing/panel.js").drawingPage>>|null} fetched when somebody wants it */
+let drawing = null;
+function drawingPage() {
+  return drawing ??= import("./drawing/panel.js").then((module) => module.drawingPage({
+    file: () => void choose().then((files) => take("target", files)), sample: () => void attempt(async () => showDrawing(await sampleAsset("drawing.zip"))),
+  }));
+}
+
+let drawingName = "";
+/** @param {import("./api/types.js").Asset} asset a drawing @param {Record<string, any>} [config] */
+async function showDrawing(asset, config) {
+  drawingName = asset.file_name;
+  await showPage("drawing");
+  await (await import("./drawing/live.js")).openDrawing(asset, config);
+}
+
+/** A sample that the service has made an asset. @param {string} name @returns {Promise<import("./api/types.js").Asset>} */
+function sampleAsset(name) {
+  return getJson(`sample/${name}`, { method: "POST" });
 }
 
 /** Asks for a key in words. @returns {Promise<boolean>} */
@@ -102,13 +126,24 @@ onKeyNeeded(() => (asking ??= askForKey().finally(() => { asking = null; })));
 
 byId("open-source").addEventListener("click", () => void choose().then((files) => take("source", files)));
 byId("open-target").addEventListener("click", () => void choose().then((files) => take("target", files)));
-byId("open-sample").addEventListener("click", () => void openSample());
-byId("undo").addEventListener("click", undo);
-byId("redo").addEventListener("click", redo);
+byId("open-sample").addEventListener("click", () => {
+  void showPage("stage");
+  void openSample();
+});
+/** Of the page that is shown. @param {"undo"|"redo"} way */
+async function go(way) {
+  if (page === "drawing") (await drawingPage())[way]();
+  else if (page === "stage") ({ undo, redo })[way]();
+}
+byId("undo").addEventListener("click", () => void go("undo"));
+byId("redo").addEventListener("click", () => void go("redo"));
 byId("show-download").addEventListener("click", () => void attempt(openDownloads));
-byId("show-batch").addEventListener("click", () => setBatch(byId("batch").hidden));
+for (const name of /** @type {Page[]} */ (["batch", "drawing"])) byId(`show-${name}`).addEventListener("click", () => void showPage(page === name ? "stage" : name));
 byId("show-help").addEventListener("click", showKeys);
-byId("verdict").addEventListener("click", () => showTab("report"));
+byId("verdict").addEventListener("click", () => {
+  void showPage("stage");
+  showTab("report");
+});
 byId("theme").addEventListener("click", () => {
   const { dataset } = document.documentElement;
   const now = dataset.scheme ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
@@ -125,7 +160,7 @@ function repaint() {
 }
 dropping(take, () => state.source !== null);
 setUpBatch(({ source, target }) => {
-  setBatch(false);
+  void showPage("stage");
   const kept = state.config;
   void attempt(async () => {
     await useAsset("source", source);
@@ -135,6 +170,9 @@ setUpBatch(({ source, target }) => {
   });
 });
 
+/** Other keys are for the figures, and do nothing where those are not seen. */
+const anywhere = () => true;
+keysAreFor(() => page === "stage");
 key("Space", "play and pause", toggle);
 key("← or →", "one frame back and on", (event) => step(event.key === "ArrowLeft" ? -1 : 1));
 key("Shift+← or Shift+→", "ten frames back and on", (event) => step(event.key === "ArrowLeft" ? -10 : 10));
@@ -156,14 +194,20 @@ key("P", "rest pose", () => { set({ posing: !state.posing }); showTab("pose"); }
 key("Q", "turn about the joint's own axes or the character's", () => viewer.gizmo.toggleSpace());
 key("X or Y or Z", "turn about this axis only", (event) => viewer.gizmo.lock(/** @type {"X"|"Y"|"Z"} */ (event.key.toUpperCase())));
 key("A", "pin the result as A", pin);
-key("Tab", "A or B, where one is pinned", () => set({ showsPinned: !state.showsPinned }), () => state.pinned !== null && document.activeElement?.id === "canvas");
-key("Ctrl+Z", "undo", undo);
-key("Ctrl+Shift+Z or Ctrl+Y", "redo", redo);
+/** After Esc, Tab leaves the picture as it leaves everything else: who has no mouse must get on. */
+let leavesByTab = false;
+byId("canvas").addEventListener("focus", () => { leavesByTab = false; });
+key("Tab", "on the picture A or B, where one is pinned; after Esc, on to the next button", () => set({ showsPinned: !state.showsPinned }), () => state.pinned !== null && !leavesByTab && document.activeElement?.id === "canvas");
+key("Ctrl+Z", "undo", () => void go("undo"), anywhere);
+key("Ctrl+Shift+Z or Ctrl+Y", "redo", () => void go("redo"), anywhere);
 key("Ctrl+S", "save the config", () => void saveConfig());
-key("O", "open a clip", () => byId("open-source").click());
-key("Shift+O", "open a character", () => byId("open-target").click());
-key("?", "this list", showKeys);
-key("Esc", "leave what is open", () => set({ posing: false, joint: "", sourceJoint: "" }));
+key("O", "open a clip", () => byId("open-source").click(), anywhere);
+key("Shift+O", "open a character", () => byId("open-target").click(), anywhere);
+key("?", "this list", showKeys, anywhere);
+key("Esc", "leave what is open", () => {
+  leavesByTab = true;
+  set({ posing: false, joint: "", sourceJoint: "" });
+});
 listen();
 
 const clips = /** @type {HTMLSelectElement} */ (byId("clip"));
@@ -176,23 +220,27 @@ onFigure(() => {
   clips.replaceChildren(...(facts?.clips ?? []).map(({ name, seconds }) => el("option", { value: name, ".selected": name === facts?.clip }, `${name || "unnamed"} · ${seconds.toFixed(1)} s`)));
   clips.hidden = (facts?.clips.length ?? 0) < 2;
 });
-watch(["source", "target", "config", "report", "busy", "progress"], () => {
+function drawBar() {
   byId("open-source").textContent = state.source?.file_name ?? "Clip…";
-  byId("open-target").textContent = state.target?.file_name ?? "Character…";
-  /** @type {HTMLButtonElement} */ (byId("undo")).disabled = !canUndo();
-  /** @type {HTMLButtonElement} */ (byId("redo")).disabled = !canRedo();
+  const isDrawing = page === "drawing";
+  byId("open-target").textContent = isDrawing ? drawingName || "Drawing…" : state.target?.file_name ?? "Character…";
+  byId("show-download").hidden = page !== "stage";
+  /** @type {HTMLButtonElement} */ (byId("undo")).disabled = page !== "stage" || !canUndo();
+  /** @type {HTMLButtonElement} */ (byId("redo")).disabled = page !== "stage" || !canRedo();
   const measures = state.report?.measures;
   const verdict = byId("verdict");
-  verdict.hidden = !measures;
+  verdict.hidden = !measures || page !== "stage";
   verdict.className = `verdict ${measures?.verdict ?? ""}`;
   verdict.textContent = measures?.verdict.replaceAll("_", " ") ?? "";
   verdict.title = measures?.verdict_reason ?? "";
   byId("busy").hidden = !state.busy;
   byId("busy").textContent = state.progress || "working…";
-});
+}
+watch(["source", "target", "config", "report", "busy", "progress"], drawBar);
 
 /** For tests, and for who looks from the console. */
 Object.assign(globalThis, { studio: { state, viewer, player } });
+showDrawingsBy(showDrawing);
 listenToParent();
 void request("/v1/schemas/retarget-spec").then(async (answer) => set({ schema: await answer.json() }));
 void openFromAddress().then((isNamed) => { if (!isNamed) void openSample(); });

@@ -46,6 +46,19 @@ pub struct DrawingFacts {
     /// The kind of body that was found, where the file is a picture alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub annotated: Option<&'static str>,
+    /// Where its joints are, each after its parent.
+    pub joints: Vec<JointOnPaper>,
+}
+
+/// A joint of a drawing, where it is drawn.
+#[derive(Clone, Debug, Serialize)]
+pub struct JointOnPaper {
+    /// Its name.
+    pub name: String,
+    /// The joint that it hangs on; the root has none.
+    pub parent: Option<String>,
+    /// In pixels of the texture from its left and its top.
+    pub loc: [f64; 2],
 }
 
 /// A drawing that was looked at.
@@ -112,9 +125,19 @@ pub(super) fn look_at(file: NamedBytes<'_>, limits: &Limits, control: &Control) 
             .collect(),
         joints_outside: outside,
         annotated: annotation.map(|annotation| annotation.rig),
+        joints: joints_of(&spec, &rig),
     };
     let confidence = annotation.map_or(1.0, |annotation| annotation.confidence);
     Ok(Some(LookedAt { rig, facts, confidence, warnings }))
+}
+
+/// The joints of a character config in the order of the rig.
+fn joints_of(spec: &CharacterSpec, rig: &PlanarRig) -> Vec<JointOnPaper> {
+    let of_name = |name: &String| spec.skeleton.iter().find(|joint| joint.name == *name);
+    let joints = rig.joint_names.iter().filter_map(of_name);
+    joints
+        .map(|joint| JointOnPaper { name: joint.name.clone(), parent: joint.parent.clone(), loc: joint.loc })
+        .collect()
 }
 
 fn picture(bytes: &[u8], name: &str) -> Result<Picture, Failure> {

@@ -29,9 +29,14 @@ export function onFigure(call) {
  * @param {"source"|"target"} slot
  * @param {Blob} file
  * @param {string} name
+ * @param {(asset: import("./types.js").Asset) => Promise<void>} onDrawing takes those that are flat
  */
-export async function open(slot, file, name) {
-  await attempt(async () => useAsset(slot, await upload(file, name)));
+export async function open(slot, file, name, onDrawing) {
+  await attempt(async () => {
+    const asset = await upload(file, name);
+    if (asset.format === "drawing") await onDrawing(asset);
+    else await useAsset(slot, asset);
+  }, name);
 }
 
 /**
@@ -65,14 +70,15 @@ export async function showSourceClip() {
 /**
  * Does something that the service may refuse, and tells the person in words when it does.
  * @param {() => Promise<void>} work
+ * @param {string} [about] the file that it is about
  */
-export async function attempt(work) {
+export async function attempt(work, about) {
   set({ busy: true });
   try {
     await work();
     hideProblem();
   } catch (error) {
-    if (!(error instanceof DOMException && error.name === "AbortError")) showProblem(error);
+    if (!(error instanceof DOMException && error.name === "AbortError")) showProblem(error, about);
   } finally {
     set({ busy: running !== null });
   }

@@ -2,6 +2,7 @@
 
 import { getBytes, getJson, request, upload } from "../api/client.js";
 import { attempt } from "../api/live.js";
+import { showProblem } from "../api/problem.js";
 import { byId, el, save } from "../dom.js";
 import { state } from "../state.js";
 
@@ -28,12 +29,20 @@ export function setUpBatch(open) {
  * @param {File[]} files
  */
 export async function addToBatch(slot, files) {
+  /** @type {[unknown, string][]} */
+  const refused = [];
   await attempt(async () => {
+    // One that is refused does not keep the others out.
     for (const file of files) {
-      const asset = await upload(file, file.name);
-      if (!batch[slot].some(({ id }) => id === asset.id)) batch[slot].push(asset);
+      try {
+        const asset = await upload(file, file.name);
+        if (!batch[slot].some(({ id }) => id === asset.id)) batch[slot].push(asset);
+      } catch (error) {
+        refused.push([error, file.name]);
+      }
     }
   });
+  for (const [error, name] of refused) showProblem(error, name);
   draw();
 }
 
@@ -63,7 +72,7 @@ function draw() {
       el("button", { type: "button", id: "batch-characters", onclick: () => chooseFiles("targets") }, "Add characters…"),
       el("button", { type: "button", class: "primary", id: "batch-run", ".disabled": pairs === 0, onclick: () => void attempt(run) }, pairs ? `Retarget ${pairs} pair${pairs === 1 ? "" : "s"}` : "Retarget"),
       el("button", { type: "button", ".disabled": failed === 0, onclick: () => void attempt(retry) }, failed ? `Try ${failed} failed again` : "Try failed again"), archive,
-      el("output", {}, batch.id ? `${ended.length} of ${batch.jobs.size} done` : "What was changed in the studio is used for all pairs.")),
+      el("output", {}, batch.id ? `${ended.length} of ${batch.jobs.size} done. A click on a picture opens the pair.` : "What was changed in the studio is used for all pairs.")),
     pairs === 0 ? el("p", { class: "empty" }, "Add clips and characters, or drop them here: every clip goes onto every character.") : "",
     batch.sources.length + batch.targets.length > 0 ? grid() : "",
   );
@@ -92,7 +101,7 @@ function cell(job, source, target) {
   const text = job ? (job.state === "succeeded" ? (job.verdict ?? "done").replaceAll("_", " ") : job.state) : "";
   const title = job?.problem?.detail ?? job?.verdict_reason ?? "";
   const picture = job && batch.pictures.get(job.id);
-  const open = el("button", { type: "button", class: `cell ${verdict}`, title, "aria-label": `${source.file_name} on ${target.file_name}: ${text || "not run yet"}`, onclick: () => openPair({ source, target }) },
+  const open = el("button", { type: "button", class: `cell ${verdict}`, title, "aria-label": `${text || "open"}: ${source.file_name} on ${target.file_name}`, onclick: () => openPair({ source, target }) },
     picture ? el("img", { src: picture, alt: "", width: 144, height: 144 }) : el("span", { class: "blank" }), el("span", { class: `badge ${verdict}` }, text || "open"));
   return el("td", {}, open, job?.problem ? el("p", { class: "reason" }, job.problem.detail) : null);
 }

@@ -58,13 +58,13 @@ export function mappingPanel(panel) {
     if (focus && table.querySelector(`[data-focus="${focus}"]`)) /** @type {HTMLElement} */ (table.querySelector(`[data-focus="${focus}"]`)).focus();
   };
   watch(["proposal", "config", "source", "target"], draw);
-  watch(["joint"], () => {
+  watch(["joint", "sourceJoint"], () => {
     const of = state.proposal?.roles.find(({ target }) => asList(target).includes(state.joint));
-    if (of && of.role !== selectedRole) {
-      selectedRole = of.role;
-      draw();
-      table.querySelector(".selected")?.scrollIntoView({ block: "nearest" });
-    }
+    const isOther = of !== undefined && of.role !== selectedRole;
+    if (isOther) selectedRole = of.role;
+    // Not drawn anew: somebody may be typing in the row.
+    for (const item of /** @type {Iterable<HTMLElement>} */ (table.children)) showSelection(item);
+    if (isOther) table.querySelector(".selected")?.scrollIntoView({ block: "nearest" });
     explain(why);
   });
   draw();
@@ -101,6 +101,15 @@ function row(pair, of) {
     box(pair, "source"), el("span", { class: "to", "aria-hidden": "true" }, "→"), box(pair, "target"));
   if (isSelected) item.append(details(pair));
   return item;
+}
+
+/** Opens the row of the selected role, and closes others. @param {HTMLElement} item */
+function showSelection(item) {
+  const isSelected = item.dataset.role === selectedRole;
+  item.classList.toggle("selected", isSelected);
+  item.querySelector(".details")?.remove();
+  const pair = state.proposal?.roles.find(({ role }) => role === selectedRole);
+  if (isSelected && pair) item.append(details(pair));
 }
 
 /**

@@ -70,19 +70,24 @@ function row(op, index) {
     el("button", { type: "button", class: "name", "aria-expanded": String(opened.has(key)), "data-focus": `${key} name`, onclick: (/** @type {any} */ event) => {
       if (!opened.delete(key)) opened.add(key);
       event.target.closest("li").replaceWith(row(op, index));
-    } }, words(op.op)),
+    } }, words(op.op), schema?.description && !opened.has(key) ? el("span", { class: "brief" }, plainText(schema.description).split(/\.\s|;|:\s/)[0]) : null),
     el("button", { type: "button", class: "icon", "aria-label": `${op.op}: earlier`, title: "Earlier", ".disabled": index === 0, "data-focus": `${key} up`, onclick: () => move(-1) }, "↑"),
     el("button", { type: "button", class: "icon", "aria-label": `${op.op}: later`, title: "Later", ".disabled": index === ops().length - 1, "data-focus": `${key} down`, onclick: () => move(1) }, "↓"),
     el("button", { type: "button", class: "icon", "aria-label": `${op.op}: remove`, title: "Remove", "data-focus": `${key} remove`, onclick: () => changeOps((list) => { list.splice(index, 1); }) }, "×"));
   const item = el("li", { class: isOn ? "" : "off" }, head);
   if (!opened.has(key) || !schema) return item;
-  const about = schema.description ? el("p", { class: "about" }, schema.description.replaceAll("`", "").replaceAll("\n", " ")) : null;
+  const about = schema.description ? el("p", { class: "about" }, plainText(schema.description)) : null;
   const fields = Object.entries(schema.properties).filter(([name]) => name !== "op" && name !== "enabled").map(([name, of]) => field(name, /** @type {any} */ (of), op[name], (value) => changeOps((list) => {
     if (value === undefined) delete list[index][name];
     else list[index][name] = value;
   }), state.schema));
   item.append(el("div", { class: "fields" }, about, ...fields));
   return item;
+}
+
+/** @param {string} text of the schema */
+function plainText(text) {
+  return text.replaceAll("`", "").replaceAll("\n", " ");
 }
 
 /** @param {string} name */

@@ -94,11 +94,13 @@ export function posePanel(panel) {
   const align = select("Align with the clip's pose", ALIGNS, (value) => edit((config) => { config.align = value === "auto" ? undefined : value; }));
   const rest = select("Measure from", RESTS, (value) => edit((config) => { config.target = { ...config.target, rest: value === "auto" ? undefined : value }; }));
   const joint = el("div", { class: "joint" });
+  const chosen = el("select", { id: "pose-joint", onchange: () => set({ joint: chosen.value }) });
   const list = el("ol", { class: "edits" });
   const left = el("table", { class: "residuals" });
   panel.append(
     el("p", { class: "lead" }, "Retargeting measures from a rest pose. Where an arm or a hand comes out wrong all the time, turn it here."),
-    el("div", { class: "row" }, toggle), el("div", { class: "fields" }, align.field, rest.field), joint,
+    el("div", { class: "row" }, toggle), el("div", { class: "fields" }, align.field, rest.field),
+    el("h3", {}, "By hand"), el("div", { class: "field" }, el("label", { for: "pose-joint" }, "Joint"), chosen), joint,
     el("h3", {}, "Edits"), list,
     el("div", { class: "row" }, el("button", { type: "button", onclick: mirror, title: "The edits of the left side on the right side" }, "Mirror left to right"), el("button", { type: "button", onclick: () => changeEdits(() => []) }, "Reset all")),
     el("h3", {}, "What is left between the rest poses"), left,
@@ -108,6 +110,11 @@ export function posePanel(panel) {
     toggle.disabled = !state.target || !state.source;
     align.box.value = state.config.align ?? "auto";
     rest.box.value = typeof state.config.target?.rest === "string" ? state.config.target.rest : "auto";
+    const labels = [...figures.target?.byLabel.keys() ?? []];
+    if (chosen.options.length !== labels.length + 1 || chosen.options[1]?.value !== labels[0]) {
+      chosen.replaceChildren(el("option", { value: "" }, "click one, or choose…"), ...labels.map((label) => el("option", { value: label }, label)));
+    }
+    chosen.value = labels.includes(state.joint) ? state.joint : "";
     joint.replaceChildren(...jointTools());
     list.replaceChildren(...edits().map((of, index) => el("li", {}, describe(of), el("button", { type: "button", class: "icon", "aria-label": "Remove this edit", onclick: () => changeEdits((all) => all.filter((_, other) => other !== index)) }, "×"))));
     if (!edits().length) list.replaceChildren(el("li", { class: "empty" }, "None. The rest pose is the file's own."));
@@ -137,7 +144,7 @@ function describe(of) {
 /** What can be done with the selected joint without a mouse. */
 function jointTools() {
   const { joint } = state;
-  if (!joint) return [el("p", { class: "empty" }, "Select a joint in the picture or in the mapping to turn it.")];
+  if (!joint) return [el("p", { class: "hint" }, "Rings turn it in the picture; here it is turned by degrees about the character's own axes.")];
   const boxes = ["X", "Y", "Z"].map((axis) => el("input", { type: "number", step: 5, ".value": 0, "aria-label": `Degrees about ${axis}` }));
   const turn = () => {
     const degrees = /** @type {[number, number, number]} */ (boxes.map((box) => Number(box.value) || 0));
@@ -145,7 +152,6 @@ function jointTools() {
   };
   const own = edits().some((of) => of.joint === joint);
   return [
-    el("h3", {}, joint),
     el("form", { class: "row", onsubmit: (/** @type {Event} */ event) => { event.preventDefault(); turn(); } }, ...boxes, el("button", {}, "Turn"), el("button", { type: "button", ".disabled": !own, onclick: () => changeEdits((list) => list.filter((of) => of.joint !== joint)) }, "Reset joint")),
     ...fromClip(joint),
     el("p", { class: "hint" }, "X points to the character's left, Y up, Z to its front. In the picture: Q for its own axes, X Y Z for one axis."),

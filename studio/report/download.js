@@ -11,6 +11,8 @@ import { commandLine, curl, python } from "./recipes.js";
 /** Formats that are offered first. */
 const FIRST = ["glb", "fbx", "bvh", "vrma", "vrm", "poses_npz"];
 const PICTURES = ["png", "webp", "gif", "apng", "mp4"];
+/** What only drawings are written as. */
+const FLAT = ["png_zip", "poses2d_npz", "poses2d_json", "drawing"];
 /** @type {Format[]} */
 let formats = [];
 
@@ -60,7 +62,7 @@ export async function openDownloads() {
   const dialog = /** @type {HTMLDialogElement} */ (byId("dialog"));
   formats = formats.length ? formats : (await getJson("/v1/formats")).formats;
   const has = Boolean(state.source && state.target);
-  const written = formats.filter(({ writes, name }) => writes && !PICTURES.includes(name));
+  const written = formats.filter(({ writes, name }) => writes && !PICTURES.includes(name) && !FLAT.includes(name));
   written.sort((one, other) => place(one.name) - place(other.name));
   const pictures = formats.filter(({ writes, name }) => writes && PICTURES.includes(name));
   const of = (/** @type {Format} */ format) => el("button", { type: "button", ".disabled": !has, title: format.description, "data-format": format.name, onclick: () => void attempt(() => downloadResult(format)) }, format.name.replaceAll("_", " "));

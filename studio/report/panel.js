@@ -23,11 +23,14 @@ export function reportPanel(panel, onPlace) {
   const table = el("table", { class: "metrics" });
   const plots = el("div", { class: "plots" });
   const warnings = el("ul", { class: "warnings" });
-  panel.append(head, versus, table, el("h3", {}, "Over time"), plots, el("h3", {}, "Warnings"), warnings);
+  const about = el("p", { class: "about" });
+  panel.append(head, about, versus, table, el("h3", {}, "Over time"), plots, el("h3", {}, "Warnings"), warnings);
   /** @type {Record<string, any>|null} */
   let comparison = null;
   const draw = () => {
     const measures = state.report?.measures;
+    const worst = Object.values(measures?.metrics ?? {}).find(({ verdict }) => verdict === measures?.verdict && verdict !== "pass");
+    about.textContent = worst && measures ? `${VERDICTS[measures.verdict][0].toUpperCase()}${VERDICTS[measures.verdict].slice(1)}: ${worst.about}.` : "";
     head.replaceChildren(...(measures
       ? [el("span", { class: `badge ${measures.verdict}` }, words(measures.verdict)), el("span", {}, measures.verdict === "pass" ? "Every measure is within its limits." : measures.verdict_reason)]
       : [el("p", { class: "empty" }, "There is no result yet.")]));
@@ -94,7 +97,7 @@ function row(name, metric, comparison, onPlace) {
   if (other) {
     const better = other.better === "second" ? "better" : other.better === "first" ? "worse" : "";
     const change = other.difference === null || other.difference === undefined ? "–" : `${other.difference > 0 ? "+" : ""}${measured(other.difference, other.unit)}`;
-    return el("tr", { class: metric.verdict }, head, el("td", {}, measured(other.first, other.unit)), el("td", {}, measured(other.second, other.unit)), el("td", { class: better }, change, better ? ` ${better}` : ""));
+    return el("tr", { class: metric.verdict }, head, el("td", {}, measured(other.first, other.unit)), el("td", { class: "now" }, measured(other.second, other.unit)), el("td", { class: better }, change, better ? ` ${better}` : ""));
   }
-  return el("tr", { class: metric.verdict }, head, el("td", {}, measured(metric.value, metric.unit)), el("td", { class: "limit" }, metric.value === undefined ? "" : `≤ ${measured(metric.warn_above, metric.unit)}`));
+  return el("tr", { class: metric.verdict }, head, el("td", { class: "now" }, measured(metric.value, metric.unit)), el("td", { class: "limit" }, metric.value === undefined ? "" : `≤ ${measured(metric.warn_above, metric.unit)}`));
 }

@@ -204,13 +204,17 @@ export class Marks {
     context.fill();
     context.stroke();
     context.font = "600 12px system-ui, sans-serif";
-    const width = context.measureText(label).width;
+    const width = context.measureText(label).width + 12;
+    // Where there is no room beside the joint, above it.
+    const isAbove = at[0] + 15 + width > port.clipRight;
+    const left = isAbove ? Math.max(port.clipRight - width - 4, port.clipLeft + 4) : at[0] + 11;
+    const top = isAbove ? at[1] - 32 : at[1] - 10;
     context.fillStyle = color("accent");
     context.beginPath();
-    context.roundRect(at[0] + 11, at[1] - 10, width + 12, 20, 4);
+    context.roundRect(left, top, width, 20, 4);
     context.fill();
     context.fillStyle = color("on-accent");
-    context.fillText(label, at[0] + 17, at[1] + 4);
+    context.fillText(label, left + 6, top + 14);
   }
 
   /**

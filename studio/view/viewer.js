@@ -113,6 +113,8 @@ export class Viewer {
 
   /** @param {number} now */
   frame(now) {
+    // Beside another page of the studio, nothing is seen of the figures.
+    if (!this.stage.canvas.clientWidth) return;
     const hasMoved = !state.posing && advance(now);
     if (this.gizmo.isDragging) this.stage.isDirty = true;
     if (hasMoved || this.stage.isDirty) this.draw();

@@ -1,4 +1,5 @@
-//! Which answers are compressed for those who take them so: text that is not small. Files of formats that are packed already are left.
+//! Which answers are compressed for those who take them so: text that is not small, and what its maker says is made of plain numbers. Files
+//! of formats that are packed already are left.
 
 use axum::{
     body::HttpBody,
@@ -18,6 +19,10 @@ pub(super) fn layer() -> CompressionLayer<Pays> {
     CompressionLayer::new().compress_when(Pays)
 }
 
+/// Beside an answer that says it is not packed, whatever its media type says.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::http) struct Unpacked;
+
 /// Whether it pays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pays;
@@ -27,7 +32,10 @@ impl Predicate for Pays {
         let kind = response.headers().get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
         let kind = kind.split(';').next().unwrap_or_default().trim();
         let is_stream = kind == "text/event-stream";
-        let is_text = kind.ends_with("json") || kind.starts_with("text/") || kind == "image/svg+xml";
+        let is_text = kind.ends_with("json")
+            || kind.starts_with("text/")
+            || kind == "image/svg+xml"
+            || response.extensions().get::<Unpacked>().is_some();
         let bytes = response.body().size_hint().exact();
         // A part of a file is a part of it as it is kept.
         let is_whole = response.status() != StatusCode::PARTIAL_CONTENT;
@@ -64,6 +72,9 @@ mod tests {
         assert!(pays("application/json", 5_000, 200) && pays("text/html; charset=utf-8", 5_000, 200), "text");
         assert!(!pays("application/json", 100, 200), "too small");
         assert!(!pays("model/gltf-binary", 5_000, 200) && !pays("image/png", 5_000, 200), "packed already");
+        let mut plain = Response::builder().header(header::CONTENT_TYPE, "model/gltf-binary");
+        plain.extensions_mut().expect("no error so far").insert(Unpacked);
+        assert!(Pays.should_compress(&plain.body(Body::from(vec![b'a'; 5_000])).expect("a response")), "plain numbers");
         assert!(!pays("text/plain", 5_000, 206) && !pays("text/event-stream", 5_000, 200), "parts and streams");
     }
 }

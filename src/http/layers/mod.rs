@@ -14,6 +14,7 @@ mod trace;
 use axum::{Router, middleware};
 use tower_http::catch_panic::CatchPanicLayer;
 
+pub(super) use compress::Unpacked;
 pub(super) use request_id::RequestId;
 
 use super::{ApiState, auth, heavy, problem::Problem};

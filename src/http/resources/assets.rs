@@ -194,7 +194,7 @@ struct SkeletonView {
     /// `nodes`, `joints`, `skins`, `clips`.
     #[schema(value_type = Object)]
     counts: serde_json::Value,
-    /// Of a drawing `size`, `mask_pixels`, `mask_parts`, `ends`, `joints_outside` and `annotated`.
+    /// Of a drawing `size`, `mask_pixels`, `mask_parts`, `ends`, `joints_outside`, `annotated` and `joints`.
     #[schema(value_type = Option<Object>)]
     drawing: Option<serde_json::Value>,
     /// The largest body: `name`, `recognised_as`, `confidence`, `kind`, `rest_pose`, `rest_source`, `forward`, `up`,

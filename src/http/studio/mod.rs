@@ -5,8 +5,8 @@ mod files;
 use std::{io::Write as _, sync::OnceLock};
 
 use axum::{
-    Router,
-    extract::State,
+    Json, Router,
+    extract::{Path, State},
     http::{HeaderMap, HeaderValue, StatusCode, Uri, header},
     response::{IntoResponse, Redirect, Response},
     routing::get,
@@ -16,11 +16,14 @@ use sha2::{Digest, Sha256};
 
 use files::FILES;
 
-use super::{ApiState, Shared, code::Code, download::ascii, extract, precondition, problem::Problem};
+use super::{
+    ApiState, Shared, auth::Caller, code::Code, download::ascii, extract, precondition, problem::Problem,
+    views::AssetView,
+};
 use crate::{
     config::Settings,
-    jobs::hexadecimal,
-    samples::{mannequin, walk_clip},
+    jobs::{Assets, hexadecimal},
+    samples::{drawing, mannequin, walk_clip},
 };
 
 /// A file as it goes out.
@@ -37,6 +40,7 @@ pub(super) fn pages() -> Router<ApiState> {
     Router::new()
         .route("/studio", get(async || Redirect::permanent("/studio/")))
         .route("/studio/", get(file))
+        .route("/studio/sample/{name}", get(file).post(keep_sample))
         .route("/studio/{*path}", get(file))
 }
 
@@ -45,7 +49,11 @@ fn served() -> &'static [Served] {
     static SERVED: OnceLock<Vec<Served>> = OnceLock::new();
     SERVED.get_or_init(|| {
         let of_page = FILES.iter().map(|(path, bytes)| served_file(path, bytes.to_vec()));
-        let samples = [("sample/walk.glb", walk_clip()), ("sample/mannequin.glb", mannequin())];
+        let samples = [
+            ("sample/walk.glb", walk_clip()),
+            ("sample/mannequin.glb", mannequin()),
+            ("sample/drawing.zip", drawing()),
+        ];
         of_page.chain(samples.into_iter().map(|(path, bytes)| served_file(path, bytes))).collect()
     })
 }
@@ -66,6 +74,7 @@ fn media_type(path: &str) -> &'static str {
         "json" => "application/json",
         "svg" => "image/svg+xml",
         "glb" => "model/gltf-binary",
+        "zip" => "application/zip",
         _ => "text/plain; charset=utf-8",
     }
 }
@@ -91,6 +100,22 @@ async fn file(State(settings): State<Shared<Settings>>, uri: Uri, headers: Heade
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
     headers.insert(header::CONTENT_SECURITY_POLICY, ascii(policy(&settings)));
     response
+}
+
+/// Makes a sample an asset of the caller's, without a way to the browser and back.
+async fn keep_sample(
+    State(assets): State<Assets>,
+    Caller(owner): Caller,
+    Path(name): Path<String>,
+) -> Result<Json<AssetView>, Problem> {
+    let path = format!("sample/{name}");
+    let Some(sample) = served().iter().find(|file| file.path == path) else {
+        return Err(Problem::new(Code::NotFound, "the studio has no such sample"));
+    };
+    let mut upload = assets.begin(&name, Some(sample.bytes.len() as u64)).await?;
+    upload.write(&sample.bytes).await?;
+    let (asset, _) = assets.keep(&owner, upload.finish(None).await?).await?;
+    Ok(Json(asset.into()))
 }
 
 /// The page runs its own scripts and asks its own service. It may be shown inside pages of the origins that may call the service.
@@ -135,6 +160,7 @@ mod tests {
     #[test]
     fn everything_together_is_small() {
         const MAX_BYTES: usize = 350 << 10;
+        // Samples are made assets here, and never sent; a test in the browser counts what is.
         let of_page = served().iter().filter(|file| !file.path.starts_with("sample/"));
         let bytes: usize = of_page.map(|file| file.compressed.len()).sum();
         assert!(bytes <= MAX_BYTES, "{bytes} bytes compressed");

@@ -53,6 +53,13 @@ async fn any_file_is_a_plain_glb_for_viewers() {
     let known = client().get(format!("{}/v1/assets/{walk}/display", server.url)).header("if-none-match", &tag);
     assert_eq!(known.send().await.expect("an answer").status(), StatusCode::NOT_MODIFIED);
 
+    let packed =
+        client().get(format!("{}/v1/assets/{walk}/display", server.url)).header("accept-encoding", "gzip").send();
+    let packed = packed.await.expect("an answer");
+    assert_eq!(header(&packed, "content-encoding"), "gzip", "plain vertices are packed on the way");
+    let length = packed.bytes().await.expect("a body").len();
+    assert!(length * 3 < bytes.len(), "{length} of {}", bytes.len());
+
     let light = get(&server, &format!("/v1/assets/{mannequin}/display?mesh=false"), "*/*").await;
     assert_ne!(header(&light, "etag"), tag, "another file");
     let document = gltf_json(&light.bytes().await.expect("a body"));
@@ -116,6 +123,26 @@ async fn browsers_are_led_to_the_page_and_programs_are_not() {
     assert_eq!(header(&script, "content-encoding"), "gzip");
     problem(get(&server, "/studio/../Cargo.toml", "*/*").await, 404, "not_found").await;
     problem(get(&server, "/studio/no/such.js", "*/*").await, 404, "not_found").await;
+
+    // Samples become assets without a way to the browser and back.
+    let kept = client().post(format!("{}/studio/sample/drawing.zip", server.url)).send().await.expect("an answer");
+    let asset: Value = kept.json().await.expect("JSON");
+    assert_eq!((&asset["file_name"], &asset["format"]), (&json!("drawing.zip"), &json!("drawing")));
+    let id = asset["id"].as_str().expect("an id");
+    let found = get(&server, &format!("/v1/assets/{id}/skeleton"), "*/*").await.json::<Value>().await.expect("JSON");
+    assert_eq!(
+        found["drawing"]["joints"][2],
+        json!({"name": "torso", "parent": "hip", "loc": [180.0, 188.0]}),
+        "{found}"
+    );
+    let none = client().post(format!("{}/studio/sample/none.glb", server.url)).send().await.expect("an answer");
+    problem(none, 404, "not_found").await;
+    assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
+
+    let server = start_service(data.path(), &["--authentication", "keys"]);
+    let kept = client().post(format!("{}/studio/sample/walk.glb", server.url)).send().await.expect("an answer");
+    problem(kept, 401, "unauthenticated").await;
+    assert_eq!(get(&server, "/studio/", BROWSER).await.status(), StatusCode::OK, "the page itself is for everybody");
     assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
 
     let server = start_service(data.path(), &["--studio", "off"]);
