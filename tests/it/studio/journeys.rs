@@ -1,6 +1,6 @@
 //! What people do with the page, in headless Chromium.
 
-use std::{path::Path, process::Command};
+use std::{io::Read as _, path::Path, process::Command};
 
 use retargetd::samples;
 use serde_json::Value;
@@ -57,6 +57,61 @@ fn people_correct_and_decide() {
         let (page, command) = (std::fs::read(at(&format!("page.{ending}"))), std::fs::read(output));
         assert!(page.expect("downloaded") == command.expect("written"), "{ending}: byte for byte the same");
     }
+}
+
+#[test]
+fn people_without_a_mouse_do_the_same() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let server = serve(data.path(), &[]);
+    let write = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).expect("written");
+        path.to_string_lossy().into_owned()
+    };
+    let clip = write("my_walk.glb", &renamed(&samples::walk_clip(), "mine"));
+    let character = write("my_mannequin.glb", &renamed(&samples::mannequin(), "mine"));
+    let refused = write("notes.bvh", b"this is no motion");
+    studio_script("hands_free.mjs", &[&server.url, &folder.path().to_string_lossy(), &clip, &character, &refused]);
+}
+
+#[test]
+fn a_drawing_is_corrected_and_moves_as_the_command_line_moves_it() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let server = serve(data.path(), &[]);
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("drawing.zip"), samples::drawing()).expect("written");
+    std::fs::write(at("walk.glb"), samples::walk_clip()).expect("written");
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(samples::drawing())).expect("an archive");
+    let mut texture = Vec::new();
+    archive.by_name("texture.png").expect("its picture").read_to_end(&mut texture).expect("readable");
+    std::fs::write(at("child.png"), texture).expect("written");
+    if studio_script("drawings.mjs", &[&server.url, &folder.path().to_string_lossy()]).is_none() {
+        return;
+    }
+    for ending in ["gif", "json"] {
+        let status = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+            .args(["draw", "--drawing", "drawing.zip", "--source", "walk.glb", "--config", "config.json", "--output"])
+            .arg(format!("command.{ending}"))
+            .current_dir(folder.path())
+            .status();
+        assert!(status.expect("it runs").success(), "the exported config and drawing are understood");
+        let (page, command) =
+            (std::fs::read(at(&format!("page.{ending}"))), std::fs::read(at(&format!("command.{ending}"))));
+        assert!(page.expect("downloaded") == command.expect("written"), "{ending}: byte for byte the same");
+    }
+}
+
+/// Made anew with `node tests/tools/studio/goldens.mjs URL FOLDER keep`, where URL is a service that runs.
+#[test]
+fn eight_states_look_as_they_did() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("studio_goldens");
+    std::fs::create_dir_all(&folder).expect("a folder for what differs");
+    let server = serve(data.path(), &[]);
+    let told = studio_script("goldens.mjs", &[&server.url, &folder.to_string_lossy()]);
+    assert!(told.is_none_or(|told| told.len() == 8), "eight states");
 }
 
 #[test]
@@ -135,15 +190,40 @@ fn files_of_people_are_dropped() {
 
 #[test]
 fn files_of_every_format_are_shown_on_both_sides() {
+    // One of each format that `GET /v1/formats` says is read; a drawing has a page of its own.
     let files = [
         "bvh/fair1/dab_zup.bvh",
         "cc0-stylised/kenney_medium_maya.fbx",
+        "khronos/CesiumMan.glb",
+        "cc0-stylised/quaternius_adventurer.gltf",
         "vrm0/catbot.vrm",
+        "vrm1/makehuman_body_vrm1.vrm",
         "vrma/idle_loop.vrma",
+        "smpl/aistpp_gBR_d04_smpl24_yup.npz",
         "smpl/humanml3d_012314_joints22.npy",
+        "hostile/archives/fox-model-GLTF-BIN.zip",
     ];
     let Some(files) = files.into_iter().map(corpus_file).collect::<Option<Vec<_>>>() else { return };
-    let files: Vec<String> = files.iter().map(|file| file.to_string_lossy().into_owned()).collect();
+    let mut files: Vec<String> = files.iter().map(|file| file.to_string_lossy().into_owned()).collect();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("walk.glb"), samples::walk_clip()).expect("written");
+    std::fs::write(folder.path().join("mannequin.glb"), samples::mannequin()).expect("written");
+    let status = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+        .args([
+            "retarget",
+            "--source",
+            "walk.glb",
+            "--target",
+            "mannequin.glb",
+            "--output",
+            "poses.npz",
+            "--output",
+            "poses.json",
+        ])
+        .current_dir(folder.path())
+        .status();
+    assert!(status.expect("it runs").success(), "arrays of poses");
+    files.extend(["poses.npz", "poses.json"].map(|name| folder.path().join(name).to_string_lossy().into_owned()));
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = serve(data.path(), &[]);
     let all: Vec<&str> = std::iter::once(server.url.as_str()).chain(files.iter().map(String::as_str)).collect();

@@ -6,6 +6,11 @@ import { drop, withStudio } from "./page.mjs";
 
 const [url, ...files] = process.argv.slice(2);
 
+// None that is read is left out. GLB and glTF text differ; a drawing has a page of its own.
+const { formats } = await (await fetch(`${url}/v1/formats`)).json();
+const read = formats.filter(({ name, reads }) => reads && name !== "drawing").map(({ name }) => name);
+const seen = new Set();
+
 await withStudio(url, async (page) => {
   for (const file of files) {
     for (const side of ["source", "target"]) {
@@ -15,14 +20,16 @@ await withStudio(url, async (page) => {
       // A problem may still be that of the file before.
       const isShown = ({ side, name }) => studio.state[side]?.file_name === name;
       await page.waitForFunction(isShown, { side, name });
-      const seen = await page.evaluate((side) => {
+      const shown = await page.evaluate((side) => {
         const { figure } = studio.viewer.stage[side];
         const triangles = figure.meshes.reduce((sum, { geometry }) => sum + (geometry.index?.count ?? 0) / 3, 0);
-        return { name: studio.state[side]?.file_name, triangles, problem: document.getElementById("problem").hidden ? "" : document.getElementById("problem").textContent };
+        return { name: studio.state[side]?.file_name, format: studio.state[side]?.format, triangles, problem: document.getElementById("problem").hidden ? "" : document.getElementById("problem").textContent };
       }, side);
-      assert.equal(seen.name, name, `${name} as ${side}: ${seen.problem}`);
-      assert.ok(seen.triangles > 0, `${name} as ${side} has a body`);
+      assert.equal(shown.name, name, `${name} as ${side}: ${shown.problem}`);
+      assert.ok(shown.triangles > 0, `${name} as ${side} has a body`);
+      seen.add(shown.format);
     }
   }
 }, { path: "/studio/", allowed: ["status of 4"] });
+assert.deepEqual(read.filter((name) => !seen.has(name)), [], "formats that nobody looked at");
 console.log("{}");

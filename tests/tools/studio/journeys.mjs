@@ -37,6 +37,12 @@ const JOURNEYS = {
       await page.locator('[data-focus="source left_shin"]').press("Enter");
     });
     assert.ok(right.score < wrong.score, `the verdict improves: ${wrong.score} to ${right.score}`);
+    const order = ["pass", "warn", "fail"];
+    assert.ok(order.indexOf(right.verdict) < order.indexOf(wrong.verdict), `${wrong.verdict} to ${right.verdict}`);
+    // A click on a row tells why, and what else it could be.
+    await page.click('[data-role="left_hand"] .name');
+    await page.waitForSelector('[data-role="left_hand"].selected .details');
+    assert.equal(await page.locator(".details").count(), 1, "the row that was open is closed");
     await page.click("text=Why is it turned so?");
     await page.waitForSelector(".why ol li");
     await page.click("text=Take changes back");
