@@ -4,6 +4,9 @@
 //! changes from one frame to the next without bounds, while the foot hardly moves. So what the bends of legs change by is smoothed
 //! over time where stages that plant feet set the goals, as far as the foot then misses its goal by a millimeter or two: that is much
 //! for the bend of a leg that is nearly straight, and little elsewhere.
+//!
+//! Nor does a knee that is nearly straight say about which axis it is to bend: to a side now and to the other one a moment later. That
+//! is taken from the frames around, in the axes of the hip, where each counts as much as its knee is bent.
 
 use super::stage::Stage;
 use glam::{DQuat, DVec3};
@@ -25,6 +28,10 @@ use super::{
 
 /// Standard deviation of the smoothing of what the bends of legs change by.
 const BEND_SECONDS: f64 = 0.03;
+/// Standard deviation of the smoothing of the axes about which legs bend that are nearly straight.
+const AXIS_SECONDS: f64 = 0.08;
+/// What the hinge counts beside the axes of frames that are near; the square of the sine of a bend, which is what they count.
+const HINGE_WEIGHT: f64 = 1e-3;
 /// Changes of bends that are this even, in radians, are as smooth as they can be.
 const LITTLE_CHANGE: f64 = 1e-6;
 
@@ -90,51 +97,105 @@ struct Bend {
     axis: DVec3,
 }
 
+/// What is known of the bend of a limb from other frames.
+#[derive(Clone, Copy, Debug, Default)]
+struct Around {
+    /// The axis about which it bends, in the axes of its start joint; unit length.
+    axis: Option<DVec3>,
+    /// What its bend should change by, in radians.
+    change: Option<f64>,
+}
+
 impl SolvedLimb {
-    /// The limb as it is in a pose; `bend` is what its bend should change by, where something else than the goal says that too.
-    fn two_bone(&self, pose: &Pose, goal: &Goal, bend: Option<f64>) -> TwoBone {
+    /// The limb as it is in a pose.
+    fn two_bone(&self, pose: &Pose, goal: &Goal, around: Around) -> TwoBone {
         let [start, middle, end] = self.slots.places(pose);
+        let turned = pose.model[self.slots.start].rotation;
         TwoBone {
             start,
             middle,
             end,
-            hinge: pose.model[self.slots.start].rotation * self.rest.hinge,
+            hinge: turned * self.rest.hinge,
             goal: goal.position,
             softness: self.softness,
             extension: goal.extension,
             stretch: self.stretch,
-            change: bend,
+            change: around.change,
+            near_axis: around.axis.map(|axis| turned * axis),
         }
+    }
+
+    /// The normal of its plane in the axes of its start joint, as far as it is bent forward; it counts by the sine of the bend once more.
+    fn weighted_axis(&self, pose: &Pose, goal: &Goal) -> DVec3 {
+        let normal = self.two_bone(pose, goal, Around::default()).forward_normal();
+        pose.model[self.slots.start].rotation.conjugate() * normal * normal.length()
     }
 }
 
 impl SolveStage {
-    /// What the bends of limbs change by, smooth over time, frame by frame; nothing for limbs that need no smoothing.
-    fn smooth_bends(&self, work: &Work<'_>) -> Result<Vec<Option<Vec<f64>>>, Canceled> {
+    /// The goals of all limbs at a frame.
+    fn goals<'w>(&self, work: &'w Work<'_>, frame: usize) -> &'w [Goal] {
+        &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count]
+    }
+
+    /// About which axes limbs bend, smooth over time, frame by frame; nothing for limbs that need no smoothing.
+    fn axes(&self, work: &Work<'_>) -> Result<Vec<Option<Vec<DVec3>>>, Canceled> {
+        let width = self.limbs.len();
+        let find = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
+            self.posing.fill(pose, &work.target, frame);
+            for (limb, axis) in self.limbs.iter().zip(row).filter(|(limb, _)| limb.is_smooth) {
+                *axis = limb.weighted_axis(pose, &self.goals(work, frame)[limb.limb]);
+            }
+        };
+        let rows = work.rows(width, || self.posing.pose(), find)?;
+        let of_limb = |(index, limb): (usize, &SolvedLimb)| {
+            limb.is_smooth.then(|| {
+                let axes: Vec<DVec3> = rows.iter().skip(index).step_by(width).copied().collect();
+                let axes = smoothed(&axes, work.times, AXIS_SECONDS);
+                let hinge = limb.rest.hinge * HINGE_WEIGHT;
+                axes.into_iter().map(|axis| (axis + hinge).normalize_or(limb.rest.hinge)).collect()
+            })
+        };
+        Ok(self.limbs.iter().enumerate().map(of_limb).collect())
+    }
+
+    /// What the frames around say of the bends of limbs, frame by frame; nothing for limbs that need no smoothing.
+    fn around(&self, work: &Work<'_>) -> Result<Vec<Option<Vec<Around>>>, Canceled> {
         let width = self.limbs.len();
         if !self.limbs.iter().any(|limb| limb.is_smooth) {
             return Ok(vec![None; width]);
         }
+        let axes = self.axes(work)?;
+        let axis = |index: usize, frame: usize| axes[index].as_ref().map(|axes| axes[frame]);
         let find = |pose: &mut Pose, frame: usize, row: &mut [Bend]| {
             self.posing.fill(pose, &work.target, frame);
-            let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
-            for (limb, bend) in self.limbs.iter().zip(row).filter(|(limb, _)| limb.is_smooth) {
-                let reach = limb.two_bone(pose, &goals[limb.limb], None).solve();
+            let goals = self.goals(work, frame);
+            for (index, (limb, bend)) in self.limbs.iter().zip(row).enumerate().filter(|(_, (limb, _))| limb.is_smooth)
+            {
+                let around = Around { axis: axis(index, frame), change: None };
+                let reach = limb.two_bone(pose, &goals[limb.limb], around).solve();
                 *bend = Bend { change: reach.change, axis: reach.axis };
             }
         };
         let rows = work.rows(width, || self.posing.pose(), find)?;
-        let of_limb = |limb: usize| {
-            let bends: Vec<Bend> = rows.iter().skip(limb).step_by(width).copied().collect();
-            self.limbs[limb].is_smooth.then(|| smooth(&bends, work.times)).flatten()
+        let of_limb = |index: usize| {
+            let bends: Vec<Bend> = rows.iter().skip(index).step_by(width).copied().collect();
+            self.limbs[index].is_smooth.then(|| {
+                let changes = smooth(&bends, work.times);
+                let around = |frame: usize| Around {
+                    axis: axis(index, frame),
+                    change: changes.as_ref().map(|changes| changes[frame]),
+                };
+                (0..bends.len()).map(around).collect()
+            })
         };
         Ok((0..width).map(of_limb).collect())
     }
 
-    fn solve(&self, limb: &SolvedLimb, pose: &Pose, goal: &Goal, bend: Option<f64>) -> Solved {
+    fn solve(&self, limb: &SolvedLimb, pose: &Pose, goal: &Goal, around: Around) -> Solved {
         let start = pose.model[limb.slots.start].translation;
         let model = |slot: usize| pose.model[slot].rotation;
-        let reach = limb.two_bone(pose, goal, bend).solve();
+        let reach = limb.two_bone(pose, goal, around).solve();
         let line = (reach.end - start).normalize_or_zero();
         let off = (reach.middle - start) - line * (reach.middle - start).dot(line);
         let angle = match goal.pole.length() {
@@ -172,13 +233,13 @@ impl SolveStage {
 impl Stage for SolveStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.limbs.len();
-        let bends = self.smooth_bends(work)?;
+        let around = self.around(work)?;
         let solve = |pose: &mut Pose, frame: usize, row: &mut [Solved]| {
             self.posing.fill(pose, &work.target, frame);
-            let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
-            for ((limb, solved), bends) in self.limbs.iter().zip(row).zip(&bends) {
-                let bend = bends.as_ref().map(|bends| bends[frame]);
-                *solved = self.solve(limb, pose, &goals[limb.limb], bend);
+            let goals = self.goals(work, frame);
+            for ((limb, solved), around) in self.limbs.iter().zip(row).zip(&around) {
+                let around = around.as_ref().map_or_else(Around::default, |around| around[frame]);
+                *solved = self.solve(limb, pose, &goals[limb.limb], around);
             }
         };
         let rows = work.rows(width, || self.posing.pose(), solve)?;

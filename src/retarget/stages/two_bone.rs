@@ -40,6 +40,9 @@ pub(in crate::retarget) struct TwoBone {
     /// By how much the bend should change, in radians, where something else than the goal says that too. It counts as far as the end
     /// then misses the goal by little.
     pub(in crate::retarget) change: Option<f64>,
+    /// The axis about which the limb bends near this frame, where that is known from other frames; unit length. It is taken instead
+    /// of the hinge where the limb is nearly straight.
+    pub(in crate::retarget) near_axis: Option<DVec3>,
 }
 
 /// What brings the end to its goal: `bend` turns the lower bone about the middle joint, then `aim` turns the whole limb about
@@ -98,8 +101,7 @@ impl TwoBone {
 
     /// The hinge at a right angle to the upper bone; any such axis where the hinge is along it.
     fn hinge_across(&self, upper: DVec3) -> DVec3 {
-        let direction = upper.normalize_or_zero();
-        (self.hinge - direction * self.hinge.dot(direction)).normalize_or(direction.any_orthonormal_vector())
+        across(self.hinge, upper).unwrap_or_else(|| upper.normalize_or_zero().any_orthonormal_vector())
     }
 
     /// The cosine between the hinge and an axis.
@@ -116,10 +118,29 @@ impl TwoBone {
         let normal = if normal.dot(hinge) < 0.0 { -normal } else { normal };
         let change = wanted_bend - sine.atan2(upper.dot(lower) / (upper.length() * lower.length()));
         let little = (LITTLE_CHANGE * sine).max(f64::MIN_POSITIVE);
-        let sure = smootherstep(normal.dot(hinge).max(sine - SIDE_SINE) / SURE_SINE)
-            .max(1.0 - smootherstep(change.abs() / little));
-        (normal.normalize_or_zero() * sure + hinge * (1.0 - sure)).normalize_or(hinge)
+        let bend = normal.dot(hinge).max(sine - SIDE_SINE);
+        let sure = match self.near_axis {
+            Some(_) => smootherstep((bend - SURE_SINE) / SURE_BEND),
+            None => smootherstep(bend / SURE_SINE),
+        };
+        let sure = sure.max(1.0 - smootherstep(change.abs() / little));
+        let unsure = self.near_axis.and_then(|axis| across(axis, upper)).unwrap_or(hinge);
+        (normal.normalize_or_zero() * sure + unsure * (1.0 - sure)).normalize_or(hinge)
     }
+
+    /// The normal of the limb's plane as far as it bends about the hinge: its length is the sine of that bend, and 0 for a limb that is
+    /// bent the other way.
+    pub(in crate::retarget) fn forward_normal(&self) -> DVec3 {
+        let (upper, lower) = (self.middle - self.start, self.end - self.middle);
+        let normal = upper.normalize_or_zero().cross(lower.normalize_or_zero());
+        if normal.dot(self.hinge_across(upper)) > 0.0 { normal } else { DVec3::ZERO }
+    }
+}
+
+/// An axis at a right angle to a bone; nothing where it is along it.
+fn across(axis: DVec3, bone: DVec3) -> Option<DVec3> {
+    let direction = bone.normalize_or_zero();
+    (axis - direction * axis.dot(direction)).try_normalize()
 }
 
 /// The bend to take, where the limb is bent by `now` about the hinge and should be by `wanted`: the same, but a limb that is bent

@@ -10,6 +10,11 @@ use crate::retarget::stages::{
 
 /// Standard deviation of the smoothing of what the pelvis follows.
 const SHIFT_SECONDS: f64 = 0.16;
+/// Where no foot carries, the pelvis leaves the height of the last one within this time, toward what that one needed on the whole: the last
+/// moment of a step says little about a leap, or about the end of a clip.
+const LEAVE_SECONDS: f64 = 0.3;
+/// So much of the time around is the whole of a step.
+const STEP_SECONDS: f64 = 0.6;
 /// Standard deviation of the smoothing of what a foot is moved beyond the pelvis: a sole of a few points rolls in jolts, one of
 /// flesh does not.
 const LIFT_SECONDS: f64 = 0.04;
@@ -82,8 +87,43 @@ impl FloorStage {
     }
 }
 
+/// What is known, and what the pelvis goes toward where that ends for longer.
+fn with_ends(known: &[(usize, DVec2)], times: &[f64]) -> Vec<(usize, DVec2)> {
+    let seconds = |frame: usize| times[frame];
+    // The mean of what is near counts like a single frame.
+    let mean = |index: usize| {
+        let is_near = |other: &&(usize, DVec2)| (seconds(other.0) - seconds(known[index].0)).abs() <= STEP_SECONDS;
+        let before = known[..index].iter().rev().take_while(is_near);
+        let sum: DVec2 = before.chain(known[index..].iter().take_while(is_near)).map(|known| known.1).sum();
+        sum / sum.y
+    };
+    // So far toward the mean is the pelvis at a frame that is away from a known one.
+    let left = |index: usize, frame: usize| {
+        let (from, sum) = known[index];
+        let share = ((seconds(frame) - seconds(from)).abs() / LEAVE_SECONDS).min(1.0);
+        (frame, sum.lerp(mean(index), share))
+    };
+    let mut whole = Vec::with_capacity(known.len() + 2);
+    for (index, &(frame, sum)) in known.iter().enumerate() {
+        let before = index.checked_sub(1).map(|before| known[before].0);
+        let after = known.get(index + 1).map(|after| after.0);
+        let is_long = |from: usize, to: usize| seconds(to) - seconds(from) > 2.0 * LEAVE_SECONDS;
+        if before.is_none_or(|before| is_long(before, frame)) {
+            let early = times.partition_point(|time| *time < seconds(frame) - LEAVE_SECONDS);
+            whole.extend((early < frame).then(|| left(index, early)));
+        }
+        whole.push((frame, sum));
+        if after.is_none_or(|after| is_long(frame, after)) {
+            let late = times.partition_point(|time| *time < seconds(frame) + LEAVE_SECONDS).min(times.len() - 1);
+            whole.extend((late > frame).then(|| left(index, late)));
+        }
+    }
+    whole
+}
+
 /// From one known value to the next, then smooth. Values come as sums of several, with their number.
 fn straight(known: &[(usize, DVec2)], times: &[f64]) -> Vec<f64> {
+    let known = with_ends(known, times);
     let (Some(first), Some(last)) = (known.first(), known.last()) else { return vec![0.0; times.len()] };
     let mut sums = Vec::with_capacity(times.len());
     let mut next = 0;
@@ -99,4 +139,26 @@ fn straight(known: &[(usize, DVec2)], times: &[f64]) -> Vec<f64> {
     }
     let smooth = smoothed(&sums, times, SHIFT_SECONDS);
     smooth.into_iter().map(|sum| sum.x / sum.y).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_nothing_carries_the_pelvis_goes_to_what_the_step_needed() {
+        let times: Vec<f64> = (0..240).map(|frame| f64::from(frame) / 60.0).collect();
+        // A step from frame 100 to 130 in which more and more is needed, 0 on the whole.
+        let known: Vec<(usize, DVec2)> =
+            (100..131).map(|frame| (frame, DVec2::new(0.01 * (frame as f64 - 115.0), 1.0))).collect();
+        let shifts = straight(&known, &times);
+        assert!(shifts[0].abs() < 1e-3, "before: {}", shifts[0]);
+        assert!(shifts[239].abs() < 1e-3, "behind: {}", shifts[239]);
+        assert!(shifts[108] < -0.02 && shifts[122] > 0.02, "within: {} and {}", shifts[108], shifts[122]);
+        let steps = shifts.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+        assert!(steps < 0.012, "smoothly: {steps}");
+        assert_eq!(straight(&[], &times), vec![0.0; 240], "nothing carries at all");
+        let end: Vec<(usize, DVec2)> = (230..240).map(|frame| (frame, DVec2::new(0.1, 2.0))).collect();
+        assert!(straight(&end, &times).iter().all(|shift| (shift - 0.05).abs() < 1e-12), "what is even stays");
+    }
 }

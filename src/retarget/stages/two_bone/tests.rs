@@ -16,6 +16,7 @@ fn leg(bend_degrees: f64) -> TwoBone {
         extension: 0.0,
         stretch: 1.0,
         change: None,
+        near_axis: None,
     }
 }
 
@@ -175,4 +176,25 @@ fn knees_bend_about_their_hinge_when_straight() {
     let forward = (reach.middle - limb.start).z;
     assert!(forward > 0.1, "the knee goes to the front: {forward}");
     assert!(reach.middle.x - 0.1 < 1e-12, "and not sideways");
+}
+
+/// A knee that is nearly straight may point anywhere; when its foot is lifted, it bends where frames around say.
+#[test]
+fn a_knee_that_is_nearly_straight_bends_where_it_does_around() {
+    let around = DQuat::from_rotation_y(0.2) * DVec3::X;
+    for turn in [-40.0_f64, -15.0, 0.0, 20.0, 45.0] {
+        for bend in [-4.0_f64, 2.0, 4.0] {
+            let limb = leg(0.0);
+            let axis = DQuat::from_rotation_y(turn.to_radians()) * DVec3::X;
+            let shin = DQuat::from_axis_angle(axis, bend.to_radians()) * DVec3::new(0.0, -0.4, 0.0);
+            let limb = TwoBone { end: limb.middle + shin, near_axis: Some(around), ..limb };
+            let limb = TwoBone { goal: limb.start - DVec3::Y * 0.75, ..limb };
+            let reach = limb.solve();
+            assert!(reach.end.distance(limb.goal) < 1e-9, "it reaches: {}", reach.end);
+            let off = (reach.middle - limb.start).reject_from(DVec3::Y).normalize();
+            let wanted = DVec3::NEG_Y.cross(around).normalize();
+            let apart = off.angle_between(wanted).to_degrees();
+            assert!(apart < 12.0, "{bend}° turned by {turn}°: {apart}° elsewhere");
+        }
+    }
 }
