@@ -2,6 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::smootherstep;
+
 use super::{
     super::{named_pair::NamedPair, rig::Rig, spec::Align},
     HowAligned,
@@ -13,6 +15,12 @@ use super::{
 /// Between two rest poses that somebody laid out, necks that differ by less hold the head alike: riggers put the lower joint of a neck
 /// anywhere between the spine and the throat. By more, one of them bows its head. 50 degrees.
 const SAME_NECK_RADIANS: f64 = 0.87;
+
+/// A pose from a frame of a clip says how a neck is bowed and where its joint lies at once. A neck goes up to about this far with it, 12
+/// degrees, which nobody sees as a bend where the source's neck is straight.
+const BOWED_NECK_RADIANS: f64 = 0.21;
+/// From there on more and more of a difference is bowing, until all of it is: 35 and 60 degrees.
+const BOWED_RADIANS: [f64; 2] = [0.61, 1.05];
 
 /// Thirds of two spines that differ by less are where the riggers put the joints; by more, the two bodies hold themselves otherwise. 25
 /// degrees.
@@ -55,6 +63,7 @@ impl Rules<'_> {
             if part == "neck" && self.is_same_neck(pair, own, wanted) {
                 self.wish(first, role, Aim::Face { turn: self.body_turn, own, wanted, how: HowAligned::Kept }, None);
             } else {
+                let wanted = if part == "neck" { self.bowed(pair, own, wanted) } else { wanted };
                 self.wish(first, role, Aim::Point { own, wanted, pole }, roll);
             }
             for (position, &joint) in pair.target.iter().enumerate().skip(1) {
@@ -70,11 +79,32 @@ impl Rules<'_> {
     /// Whether a neck differs from the source's by no more than riggers differ about where its joint is, so that it keeps how it is
     /// made: turned by that difference it would be bent where the source's is straight, and the head back again.
     fn is_same_neck(&self, pair: &NamedPair, own: DVec3, wanted: DVec3) -> bool {
-        let is_laid_out = |rig: &Rig<'_>| !rig.rest_source.is_in_motion();
-        let is_laid_out = is_laid_out(self.target) && matches!(self.source, Look::Rig(source) if is_laid_out(source));
-        let is_pointed = self.explicit(pair).iter().any(Option::is_some);
         let is_near = (self.body_turn * own).angle_between(wanted) <= SAME_NECK_RADIANS;
-        self.mode == Align::Auto && is_laid_out && !is_pointed && is_near
+        self.is_laid_out() == Some(true) && self.is_free(pair) && is_near
+    }
+
+    /// Where a neck is to point that is measured from a frame of a clip.
+    fn bowed(&self, pair: &NamedPair, own: DVec3, wanted: DVec3) -> DVec3 {
+        if self.is_laid_out() != Some(false) || !self.is_free(pair) {
+            return wanted;
+        }
+        let own = self.body_turn * own;
+        let angle = own.angle_between(wanted);
+        if angle <= f64::EPSILON { wanted } else { own.slerp(wanted, bow(angle) / angle) }
+    }
+
+    /// Whether somebody laid out the rest poses of both rigs; nothing where the source is no rig.
+    fn is_laid_out(&self) -> Option<bool> {
+        let is_laid_out = |rig: &Rig<'_>| !rig.rest_source.is_in_motion();
+        match self.source {
+            Look::Rig(source) => Some(is_laid_out(self.target) && is_laid_out(source)),
+            Look::Canonical(_) => None,
+        }
+    }
+
+    /// Whether the spec leaves it to the rules where the joints of a pair point.
+    fn is_free(&self, pair: &NamedPair) -> bool {
+        self.mode == Align::Auto && !self.explicit(pair).iter().any(Option::is_some)
     }
 
     /// The bones of a spine or neck up to what it leads to, of both sides. Nothing where one of the two has no bends, or the spec says what
@@ -104,6 +134,13 @@ impl Rules<'_> {
         let bones = curves.own.iter().map(|bone| self.scene(bone.direction));
         bones.zip(leading_to(&curves.own, &bent, whole)).collect()
     }
+}
+
+/// How far a neck is bowed that differs by an angle; both in radians. Smooth, and never less for a larger angle.
+fn bow(angle: f64) -> f64 {
+    let [begin, end] = BOWED_RADIANS;
+    let little = BOWED_NECK_RADIANS * (angle / BOWED_NECK_RADIANS).tanh();
+    little + (angle - little) * smootherstep((angle - begin) / (end - begin))
 }
 
 /// The bones of two spines or necks, in canonical space; neither is empty.
@@ -175,6 +212,15 @@ mod tests {
             }
         }
         assert!(bent_as(&straight, &[]).is_none(), "nothing to bend as");
+    }
+
+    #[test]
+    fn a_neck_is_bowed_smoothly() {
+        let degrees = |angle: f64| bow(angle.to_radians()).to_degrees();
+        assert!(degrees(5.0) > 4.5 && degrees(25.0) < 12.5, "{} and {}", degrees(5.0), degrees(25.0));
+        assert!((degrees(75.0) - 75.0).abs() < 1e-9, "who looks at the floor looks at the floor");
+        let angles: Vec<f64> = (0..90).map(|angle| degrees(f64::from(angle))).collect();
+        assert!(angles.windows(2).all(|pair| (0.0..5.0).contains(&(pair[1] - pair[0]))), "{angles:?}");
     }
 
     #[test]
