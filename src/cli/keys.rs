@@ -36,15 +36,21 @@ enum Action {
         /// Validity, such as 90d; without it, the key does not expire
         #[arg(long, value_name = "PERIOD", value_parser = period)]
         lifetime: Option<Duration>,
+        /// What the key is for, for people who read the list
+        #[arg(long, value_name = "TEXT", default_value = "", hide_default_value = true, value_parser = note)]
+        note: String,
         #[command(flatten)]
         place: Place,
     },
-    /// List all keys, without their secrets.
+    /// List the keys that open something, without their secrets.
     List {
+        /// Also list keys that were revoked or have expired
+        #[arg(long)]
+        all: bool,
         #[command(flatten)]
         place: Place,
     },
-    /// Revoke a key immediately.
+    /// Revoke a key immediately; 'list --all' still shows it.
     Revoke {
         /// The id of the key, as printed by 'list'
         #[arg(value_name = "KEY")]
@@ -84,10 +90,11 @@ impl Place {
         if self.new && self.database.is_empty() {
             app::make_database(&settings).await.map_err(|error| Exit::new(FAILED, format!("{error:#}"), ""))?;
         }
-        say(format_args!("keys of {}", self.name()));
-        app::keys(&settings).await.map_err(|error| {
+        let keys = app::keys(&settings).await.map_err(|error| {
             Exit::new(FAILED, format!("{error:#}"), "give --data or --database, the same as to 'retargetd serve'; --new makes a database before the first start")
-        })
+        })?;
+        say(format_args!("keys of {}", self.name()));
+        Ok(keys)
     }
 }
 
@@ -104,8 +111,8 @@ pub(super) fn run(arguments: Arguments) -> ExitCode {
 
 async fn act(action: Action) -> Result<(), Exit> {
     match action {
-        Action::Create { principal, scopes, lifetime, place } => {
-            let new = NewKey { principal, scopes, lifetime };
+        Action::Create { principal, scopes, lifetime, note, place } => {
+            let new = NewKey { principal, scopes, lifetime, note };
             let (text, key) = place.keys().await?.create(new).await.map_err(failed)?;
             // The key alone goes to standard output, for scripts to keep.
             say(format_args!("made {}; keep the key, it is not shown again:", line(&key)));
@@ -114,20 +121,20 @@ async fn act(action: Action) -> Result<(), Exit> {
             }
             print(&format!("{}\n", text.reveal()))
         }
-        Action::List { place } => {
-            let keys = place.keys().await?.list().await.map_err(failed)?;
+        Action::List { all, place } => {
+            let keys = place.keys().await?.list(all).await.map_err(failed)?;
             if speaks_json() {
                 return report(|| json!({"keys": keys.iter().map(view).collect::<Vec<_>>()}));
             }
             if keys.is_empty() {
-                say("there are no keys yet; 'retargetd keys create PRINCIPAL' makes one");
+                say("there are no keys that open anything; 'retargetd keys create PRINCIPAL' makes one");
             }
             print(&keys.iter().map(|key| format!("{}\n", line(key))).collect::<String>())
         }
         Action::Revoke { id, place } => {
             let id = ApiKeyId::parse(&id).map_err(|error| Exit::new(BAD_USAGE, error.to_string(), LIST_HINT))?;
             place.keys().await?.revoke(&id).await.map_err(failed)?;
-            say(format_args!("revoked {id}: it opens nothing any more"));
+            say(format_args!("revoked {id}: it opens nothing any more; 'retargetd keys list --all' still shows it"));
             report(|| json!({"revoked": id.to_string()}))
         }
     }
@@ -149,18 +156,26 @@ fn line(key: &ApiKeyRecord) -> String {
     let scopes = key.scopes.iter().map(|scope| scope.name()).collect::<Vec<_>>().join(",");
     let end = key.expires_at.map_or_else(|| "no end".to_owned(), |end| format!("until {end}"));
     let used = key.last_used_at.map_or_else(|| "never used".to_owned(), |used| format!("last used {used}"));
-    format!("{} {} {scopes} since {} {end}, {used}", key.id, key.principal, key.created_at)
+    let revoked = key.revoked_at.map(|revoked| format!(", revoked {revoked}")).unwrap_or_default();
+    let note = if key.note.is_empty() { String::new() } else { format!(": {}", key.note) };
+    format!("{} {} {scopes} since {} {end}, {used}{revoked}{note}", key.id, key.principal, key.created_at)
 }
 
 fn view(key: &ApiKeyRecord) -> Value {
     let time = |time: Option<jiff::Timestamp>| time.map(|time| time.to_string());
     json!({"id": key.id.to_string(), "principal": key.principal.to_string(),
         "scopes": key.scopes.iter().map(|scope| scope.name()).collect::<Vec<_>>(), "created_at": key.created_at.to_string(),
-        "expires_at": time(key.expires_at), "last_used_at": time(key.last_used_at)})
+        "expires_at": time(key.expires_at), "last_used_at": time(key.last_used_at), "revoked_at": time(key.revoked_at),
+        "note": key.note})
 }
 
 fn principal(text: &str) -> Result<Principal, String> {
     Principal::parse(text).map_err(|error| error.to_string())
+}
+
+fn note(text: &str) -> Result<String, String> {
+    let refused = || format!("a note is one line of up to {} letters", NewKey::MAX_NOTE);
+    NewKey::is_note(text).then(|| text.to_owned()).ok_or_else(refused)
 }
 
 fn scope(text: &str) -> Result<Scope, String> {

@@ -55,6 +55,19 @@ pub struct NewKey {
     pub scopes: Vec<Scope>,
     /// How long it shall be good; for ever, where nothing is said.
     pub lifetime: Option<Duration>,
+    /// What it is for, in words for whoever reads the list. May be empty.
+    pub note: String,
+}
+
+impl NewKey {
+    /// Letters that a note has at most.
+    pub const MAX_NOTE: usize = 200;
+
+    /// Whether a note is one line of no more letters than that.
+    #[must_use]
+    pub fn is_note(text: &str) -> bool {
+        text.chars().count() <= Self::MAX_NOTE && !text.chars().any(char::is_control)
+    }
 }
 
 /// The keys. Cheap to clone; all clones are the same.
@@ -100,6 +113,8 @@ impl Keys {
             created_at: self.clock.now(),
             expires_at: new.lifetime.map(|lifetime| self.clock.after(lifetime)),
             last_used_at: None,
+            note: new.note,
+            revoked_at: None,
         };
         if !self.records.add_api_key(&key, MAX_PER_PRINCIPAL).await? {
             return Err(Refusal::TooManyKeys { principal: key.principal, most: MAX_PER_PRINCIPAL });
@@ -108,20 +123,22 @@ impl Keys {
         Ok((KeyText(format!("{PREFIX}{letters}_{secret}")), key))
     }
 
-    /// All keys, the oldest first.
+    /// The keys that open something, the oldest first; with `all`, also those that were revoked or have expired.
     ///
     /// # Errors
     /// When the store fails.
-    pub async fn list(&self) -> Result<Vec<ApiKeyRecord>, Refusal> {
-        Ok(self.records.api_keys().await?)
+    pub async fn list(&self, all: bool) -> Result<Vec<ApiKeyRecord>, Refusal> {
+        let now = self.clock.now();
+        let is_good = |key: &ApiKeyRecord| key.revoked_at.is_none() && key.expires_at.is_none_or(|end| end > now);
+        Ok(self.records.api_keys().await?.into_iter().filter(|key| all || is_good(key)).collect())
     }
 
-    /// Ends a key at once.
+    /// Ends a key at once. It stays in the list of all keys.
     ///
     /// # Errors
-    /// When there is none, or the store fails.
+    /// When there is none that is not revoked, or the store fails.
     pub async fn revoke(&self, id: &ApiKeyId) -> Result<(), Refusal> {
-        match self.records.remove_api_key(id).await? {
+        match self.records.revoke_api_key(id, self.clock.now()).await? {
             true => Ok(()),
             false => Err(Refusal::NotFound { kind: "key", id: id.to_string() }),
         }
@@ -178,6 +195,7 @@ mod tests {
             principal: Principal::parse(principal).expect("a name"),
             scopes: vec![Scope::Write, Scope::Read, Scope::Write],
             lifetime: lifetime_seconds.map(Duration::from_secs),
+            note: String::new(),
         }
     }
 
@@ -191,7 +209,7 @@ mod tests {
         assert_eq!((checked.principal.as_str(), checked.id), ("ann", made.id.clone()), "it says who");
         assert!(!text.reveal().contains(&made.sha256), "what is kept is not what is shown");
         let used = |listed: Vec<ApiKeyRecord>| listed.iter().map(|key| key.last_used_at.is_some()).collect::<Vec<_>>();
-        assert_eq!(used(keys.list().await.expect("lists")), [true], "it is known that it is in use");
+        assert_eq!(used(keys.list(false).await.expect("lists")), [true], "it is known that it is in use");
 
         let (other, _) = keys.create(new("bob", None)).await.expect("is made");
         let crossed =
@@ -204,7 +222,35 @@ mod tests {
         clock.advance(Duration::from_secs(61));
         assert!(keys.check(text.reveal()).await.expect("is looked up").is_none(), "its time is over");
         keys.revoke(&made.id).await.expect("is there");
-        assert!(keys.revoke(&made.id).await.is_err(), "it is gone");
+        assert!(keys.revoke(&made.id).await.is_err(), "it was revoked before");
+    }
+
+    #[tokio::test]
+    async fn a_revoked_key_opens_nothing_and_stays_in_the_list() {
+        let clock = Clock::system();
+        let (_folder, keys) = keys(&clock).await;
+        let (text, made) =
+            keys.create(NewKey { note: "farm, north".to_owned(), ..new("ann", None) }).await.expect("is made");
+        let (_, other) = keys.create(new("ann", Some(60))).await.expect("is made");
+        let token = keys.stream_token(&made);
+        keys.revoke(&made.id).await.expect("is there");
+        assert!(keys.check(text.reveal()).await.expect("is looked up").is_none(), "it opens nothing");
+        let streamed = keys.check_stream_token(token.text.reveal()).await.expect("is looked up");
+        assert!(streamed.is_none(), "nor does a token of it");
+        let ids = |listed: Vec<ApiKeyRecord>| listed.into_iter().map(|key| key.id).collect::<Vec<_>>();
+        assert_eq!(ids(keys.list(false).await.expect("lists")), [other.id], "what is good");
+        let all = keys.list(true).await.expect("lists");
+        assert_eq!((all.len(), all[0].note.as_str()), (2, "farm, north"), "all, with what they are for");
+        assert!(all[0].revoked_at.is_some() && all[1].revoked_at.is_none(), "and which are revoked");
+        keys.create(new("ann", None)).await.expect("a revoked key takes no place");
+        clock.advance(Duration::from_secs(61));
+        assert_eq!(keys.list(false).await.expect("lists").len(), 1, "what has expired is not good");
+        assert_eq!(keys.list(true).await.expect("lists").len(), 3, "and stays as well");
+        for _ in 0..55 {
+            let (_, key) = keys.create(new("bob", None)).await.expect("is made");
+            keys.revoke(&key.id).await.expect("is there");
+        }
+        assert_eq!(keys.list(true).await.expect("lists").len(), 53, "of very many the oldest go");
     }
 
     #[tokio::test]

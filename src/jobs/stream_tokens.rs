@@ -82,8 +82,10 @@ mod tests {
         let clock = Clock::system();
         let keys = Keys::new(records, clock.clone());
         let principal = Principal::parse("ann").expect("a name");
-        let (_, key) =
-            keys.create(NewKey { principal, scopes: vec![Scope::Read], lifetime: None }).await.expect("is made");
+        let (_, key) = keys
+            .create(NewKey { principal, scopes: vec![Scope::Read], lifetime: None, note: String::new() })
+            .await
+            .expect("is made");
         let token = keys.stream_token(&key).text.reveal().to_owned();
         let opens = async |text: &str| keys.check_stream_token(text).await.expect("is looked up").is_some();
         assert!(opens(&token).await, "as it was made");

@@ -10,7 +10,7 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
@@ -18,7 +18,7 @@ use crate::{
         ApiState,
         code::Code,
         download::ascii,
-        extract::{Id, JsonBody},
+        extract::{Id, JsonBody, QueryOf},
         problem::{Problem, ProblemView},
     },
     jobs::{ApiKeyId, ApiKeyRecord, Keys, NewKey, Principal, Scope},
@@ -45,6 +45,10 @@ struct NewKeyBody {
     /// After how many seconds it ends: a hundred years at most. Left out, when it is revoked.
     #[schema(minimum = 1, maximum = 3_153_600_000_u64)]
     lifetime_seconds: Option<u64>,
+    /// What it is for, for people who read the list: one line of up to 200 letters.
+    #[serde(default)]
+    #[schema(max_length = 200, pattern = r"^[^\x00-\x1f\x7f-\x9f]*$", example = "render farm, north")]
+    note: String,
 }
 
 /// A hundred years.
@@ -68,6 +72,27 @@ struct KeyView {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     expires_at: Option<String>,
+    /// When it was last used, to within five minutes; absent where it never was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    last_used_at: Option<String>,
+    /// When it was revoked; it opens nothing since then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    revoked_at: Option<String>,
+    /// What it is for, as it was said when it was made.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    note: String,
+}
+
+/// Which keys are listed.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct KeysQuery {
+    /// `true` lists also keys that were revoked or have expired, up to fifty of each principal.
+    #[serde(default)]
+    all: bool,
 }
 
 /// A key that was made.
@@ -81,7 +106,7 @@ struct CreatedKeyView {
     secret: String,
 }
 
-/// All keys. There are two for each principal at most, so there is one page.
+/// Keys. There are a few for each principal, so there is one page.
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(as = KeyList)]
 struct KeyListView {
@@ -97,6 +122,9 @@ impl From<ApiKeyRecord> for KeyView {
             scopes: key.scopes.into_iter().map(Scope::name).collect(),
             created_at: key.created_at.to_string(),
             expires_at: key.expires_at.map(|time| time.to_string()),
+            last_used_at: key.last_used_at.map(|time| time.to_string()),
+            revoked_at: key.revoked_at.map(|time| time.to_string()),
+            note: key.note,
         }
     }
 }
@@ -121,8 +149,14 @@ impl NewKeyBody {
             let detail = format!("a lifetime is from 1 to {LONGEST_LIFETIME_SECONDS} seconds");
             return Err(invalid(detail, "/lifetime_seconds".to_owned()));
         }
+        let note = self.note.trim();
+        if !NewKey::is_note(note) {
+            let detail = format!("a note is one line of up to {} letters", NewKey::MAX_NOTE);
+            return Err(invalid(detail, "/note".to_owned()));
+        }
         let scopes = if scopes.is_empty() { vec![Scope::Read, Scope::Write] } else { scopes };
-        Ok(NewKey { principal, scopes, lifetime: self.lifetime_seconds.map(Duration::from_secs) })
+        let lifetime = self.lifetime_seconds.map(Duration::from_secs);
+        Ok(NewKey { principal, scopes, lifetime, note: note.to_owned() })
     }
 }
 
@@ -141,17 +175,19 @@ async fn create(State(state): State<ApiState>, request: Request<Body>) -> Result
     Ok((StatusCode::CREATED, location, Json(view)).into_response())
 }
 
-/// Lists all keys, of all principals.
-#[utoipa::path(get, path = "/v1/keys", operation_id = "list_keys", tag = "keys",
-    responses((status = 200, body = KeyListView, description = "all of them"),
+/// Lists the keys of all principals.
+///
+/// Those that open something; with `all=true` also those that were revoked or have expired.
+#[utoipa::path(get, path = "/v1/keys", operation_id = "list_keys", tag = "keys", params(KeysQuery),
+    responses((status = 200, body = KeyListView, description = "the keys"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn list(State(keys): State<Keys>) -> Result<Json<KeyListView>, Problem> {
-    Ok(Json(KeyListView { items: keys.list().await?.into_iter().map(KeyView::from).collect() }))
+async fn list(State(keys): State<Keys>, QueryOf(query): QueryOf<KeysQuery>) -> Result<Json<KeyListView>, Problem> {
+    Ok(Json(KeyListView { items: keys.list(query.all).await?.into_iter().map(KeyView::from).collect() }))
 }
 
 /// Revokes a key.
 ///
-/// Takes effect immediately. The data of its principal stays.
+/// Takes effect immediately. The data of its principal stays, and the key stays in the list of all keys.
 #[utoipa::path(delete, path = "/v1/keys/{id}", operation_id = "revoke_key", tag = "keys", params(("id" = String, Path, description = "the key, by its id")),
     responses((status = 204, description = "revoked"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]

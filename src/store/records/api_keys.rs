@@ -55,6 +55,10 @@ pub struct ApiKeyRecord {
     pub expires_at: Option<Timestamp>,
     /// When it was last shown, to within some minutes; never, where there is none.
     pub last_used_at: Option<Timestamp>,
+    /// What it was made for, in the words of whoever made it.
+    pub note: String,
+    /// When it was revoked; it opens nothing since then.
+    pub revoked_at: Option<Timestamp>,
 }
 
 fn read(row: &AnyRow) -> Result<ApiKeyRecord, StoreError> {
@@ -67,8 +71,13 @@ fn read(row: &AnyRow) -> Result<ApiKeyRecord, StoreError> {
         created_at: time(row, "created_at")?,
         expires_at: optional_time(row, "expires_at")?,
         last_used_at: optional_time(row, "last_used_at")?,
+        note: row.try_get("note")?,
+        revoked_at: optional_time(row, "revoked_at")?,
     })
 }
+
+/// Keys of one principal that are listed. Of more, those that open nothing any more go, the oldest first, when another is made.
+const MAX_LISTED: i64 = 50;
 
 impl Records {
     /// Writes a key. Gives `false`, and writes nothing, when its principal has `most` keys already that have not ended by the time
@@ -81,7 +90,8 @@ impl Records {
         const LOCK: &str = "api_keys";
         let mut transaction = self.begin().await?;
         self.lock(&mut transaction, LOCK, super::database::Lock::Alone).await?;
-        let query = "SELECT COUNT(*) FROM api_keys WHERE principal = $1 AND (expires_at IS NULL OR expires_at > $2)";
+        let query = "SELECT COUNT(*) FROM api_keys \
+                     WHERE principal = $1 AND revoked_at IS NULL AND (expires_at IS NULL OR expires_at > $2)";
         let kept: i64 = sqlx::query_scalar(query)
             .bind(key.principal.as_str())
             .bind(key.created_at.as_millisecond())
@@ -90,8 +100,16 @@ impl Records {
         if u64::try_from(kept).unwrap_or(0) >= most {
             return Ok(false);
         }
-        let query = "INSERT INTO api_keys (id, principal, sha256, scopes, created_at, expires_at) \
-                     VALUES ($1, $2, $3, $4, $5, $6)";
+        let query = "DELETE FROM api_keys WHERE principal = $1 AND (revoked_at IS NOT NULL OR expires_at <= $2) \
+                     AND id NOT IN (SELECT id FROM api_keys WHERE principal = $1 ORDER BY id DESC LIMIT $3)";
+        sqlx::query(query)
+            .bind(key.principal.as_str())
+            .bind(key.created_at.as_millisecond())
+            .bind(MAX_LISTED - 1)
+            .execute(&mut *transaction)
+            .await?;
+        let query = "INSERT INTO api_keys (id, principal, sha256, scopes, created_at, expires_at, note) \
+                     VALUES ($1, $2, $3, $4, $5, $6, $7)";
         sqlx::query(query)
             .bind(key.id.as_str())
             .bind(key.principal.as_str())
@@ -99,18 +117,19 @@ impl Records {
             .bind(key.scopes.iter().map(|scope| scope.name()).collect::<Vec<_>>().join(" "))
             .bind(key.created_at.as_millisecond())
             .bind(key.expires_at.map(Timestamp::as_millisecond))
+            .bind(&key.note)
             .execute(&mut *transaction)
             .await?;
         self.commit(transaction).await?;
         Ok(true)
     }
 
-    /// A key.
+    /// A key that was not revoked.
     ///
     /// # Errors
     /// When the database fails.
     pub async fn api_key(&self, id: &ApiKeyId) -> Result<Option<ApiKeyRecord>, StoreError> {
-        let query = sqlx::query("SELECT * FROM api_keys WHERE id = $1").bind(id.as_str());
+        let query = sqlx::query("SELECT * FROM api_keys WHERE id = $1 AND revoked_at IS NULL").bind(id.as_str());
         self.optional(query).await?.as_ref().map(read).transpose()
     }
 
@@ -124,7 +143,7 @@ impl Records {
         Ok(())
     }
 
-    /// All keys, the oldest first. There are a few for each principal, and principals are added by hand.
+    /// All keys, revoked ones too, the oldest first. There are a few for each principal, and principals are added by hand.
     ///
     /// # Errors
     /// When the database fails.
@@ -132,12 +151,13 @@ impl Records {
         self.all(sqlx::query("SELECT * FROM api_keys ORDER BY id")).await?.iter().map(read).collect()
     }
 
-    /// Removes a key. Gives whether it was there.
+    /// Revokes a key, which stays in the list. Gives whether it was there and not revoked before.
     ///
     /// # Errors
-    /// When the database fails. The key may be gone all the same.
-    pub async fn remove_api_key(&self, id: &ApiKeyId) -> Result<bool, StoreError> {
-        let done = self.execute(sqlx::query("DELETE FROM api_keys WHERE id = $1").bind(id.as_str())).await?;
+    /// When the database fails. The key may be revoked all the same.
+    pub async fn revoke_api_key(&self, id: &ApiKeyId, now: Timestamp) -> Result<bool, StoreError> {
+        let query = "UPDATE api_keys SET revoked_at = $2 WHERE id = $1 AND revoked_at IS NULL";
+        let done = self.execute(sqlx::query(query).bind(id.as_str()).bind(now.as_millisecond())).await?;
         Ok(done.rows_affected() > 0)
     }
 }

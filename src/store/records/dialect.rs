@@ -19,7 +19,7 @@ pub(super) enum Dialect {
 type NumberedText = (i64, &'static str, &'static str);
 
 /// Every change of the layout, in order. A released one is never edited; add a new one to both lists.
-const SQLITE: [NumberedText; 16] = [
+const SQLITE: [NumberedText; 17] = [
     (1, "first", include_str!("migrations/sqlite/0001_first.sql")),
     (2, "named documents", include_str!("migrations/sqlite/0002_named_documents.sql")),
     (3, "queue", include_str!("migrations/sqlite/0003_queue.sql")),
@@ -36,8 +36,9 @@ const SQLITE: [NumberedText; 16] = [
     (14, "verdicts", include_str!("migrations/sqlite/0014_verdicts.sql")),
     (15, "time used", include_str!("migrations/sqlite/0015_time_used.sql")),
     (16, "unused index", include_str!("migrations/sqlite/0016_unused_index.sql")),
+    (17, "revoked keys", include_str!("migrations/sqlite/0017_revoked_keys.sql")),
 ];
-const POSTGRES: [NumberedText; 14] = [
+const POSTGRES: [NumberedText; 15] = [
     (1, "first", include_str!("migrations/postgres/0001_first.sql")),
     (2, "principals", include_str!("migrations/postgres/0002_principals.sql")),
     (3, "events", include_str!("migrations/postgres/0003_events.sql")),
@@ -52,6 +53,7 @@ const POSTGRES: [NumberedText; 14] = [
     (12, "verdicts", include_str!("migrations/postgres/0012_verdicts.sql")),
     (13, "time used", include_str!("migrations/postgres/0013_time_used.sql")),
     (14, "unused index", include_str!("migrations/postgres/0014_unused_index.sql")),
+    (15, "revoked keys", include_str!("migrations/postgres/0015_revoked_keys.sql")),
 ];
 
 impl Dialect {

@@ -12,7 +12,7 @@ pub(super) fn bounds(documents: u64) -> DocumentBounds {
     DocumentBounds { documents, versions: 1000, bytes: u64::MAX }
 }
 
-pub(super) async fn keys_are_found_bounded_and_removed(records: &Records) {
+pub(super) async fn keys_are_found_bounded_and_revoked(records: &Records) {
     let key = |owner: &str, expires_at: Option<Timestamp>| ApiKeyRecord {
         id: ApiKeyId::new(),
         principal: principal(owner),
@@ -21,6 +21,8 @@ pub(super) async fn keys_are_found_bounded_and_removed(records: &Records) {
         created_at: Timestamp::UNIX_EPOCH + HOUR,
         expires_at,
         last_used_at: None,
+        note: "night shift".to_owned(),
+        revoked_at: None,
     };
     let first = key("ann", Some(Timestamp::UNIX_EPOCH + HOUR * 2));
     assert!(records.add_api_key(&first, 1).await.expect("writes"), "the first");
@@ -36,8 +38,14 @@ pub(super) async fn keys_are_found_bounded_and_removed(records: &Records) {
     let made = futures::future::join_all(racers).await.into_iter().filter(|made| matches!(made, Ok(true))).count();
     assert_eq!(made, 2, "two of many who come at the same time");
     assert_eq!(records.api_keys().await.expect("lists").len(), 5, "all of them");
-    assert!(records.remove_api_key(&first.id).await.expect("removes"), "it was there");
-    assert!(!records.remove_api_key(&first.id).await.expect("answers"), "and is gone");
+    let now = Timestamp::UNIX_EPOCH + HOUR * 3;
+    assert!(records.revoke_api_key(&first.id, now).await.expect("revokes"), "it was there");
+    assert!(!records.revoke_api_key(&first.id, now).await.expect("answers"), "once");
+    assert_eq!(records.api_key(&first.id).await.expect("reads"), None, "it opens nothing");
+    let listed = records.api_keys().await.expect("lists");
+    let revoked: Vec<_> = listed.iter().filter(|key| key.revoked_at.is_some()).collect();
+    assert_eq!((listed.len(), revoked.len()), (5, 1), "it stays in the list");
+    assert_eq!((&revoked[0].id, revoked[0].revoked_at), (&first.id, Some(now)), "with the time");
 }
 
 pub(super) async fn documents_have_versions_and_one_writer_at_a_time(records: &Records) {

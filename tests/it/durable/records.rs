@@ -16,7 +16,7 @@ use super::{
         a_batch_is_written_with_all_its_jobs_or_not_at_all, a_failure_stops_what_waits_in_its_transaction,
         an_item_that_is_asked_for_again_counts_once, jobs_of_batches_wait_behind_single_ones_and_callers_take_turns,
     },
-    named_records::{bounds, documents_have_versions_and_one_writer_at_a_time, keys_are_found_bounded_and_removed},
+    named_records::{bounds, documents_have_versions_and_one_writer_at_a_time, keys_are_found_bounded_and_revoked},
     turns::{time_that_was_not_asked_for_is_not_saved_up, who_has_long_jobs_waits_for_who_has_short_ones},
 };
 
@@ -550,7 +550,7 @@ suite![
     documents_have_versions_and_one_writer_at_a_time,
     what_belongs_to_others_is_not_there,
     one_word_is_one_job_for_each_caller,
-    keys_are_found_bounded_and_removed,
+    keys_are_found_bounded_and_revoked,
     lists_are_filtered_and_holdings_counted,
     what_was_computed_is_found_by_its_key,
     every_change_of_state_is_an_event_in_order,

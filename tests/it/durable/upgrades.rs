@@ -1,6 +1,6 @@
 //! A database of the version before is brought up to date with all that it has, and a copy of a running one is whole.
 
-use retargetd::store::{AfterCrash, Ended, JobState, Records};
+use retargetd::store::{AfterCrash, ApiKeyRecord, Ended, JobState, Records};
 use sqlx::{Connection as _, Executor as _};
 
 use super::{
@@ -9,7 +9,7 @@ use super::{
 };
 
 /// The layout of the version before this one, as its own migrations made it.
-const BEFORE: [&str; 15] = [
+const BEFORE: [&str; 16] = [
     include_str!("../../../src/store/records/migrations/sqlite/0001_first.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0002_named_documents.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0003_queue.sql"),
@@ -25,9 +25,10 @@ const BEFORE: [&str; 15] = [
     include_str!("../../../src/store/records/migrations/sqlite/0013_scale.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0014_verdicts.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0015_time_used.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0016_unused_index.sql"),
 ];
 /// The same of Postgres.
-const BEFORE_ON_POSTGRES: [&str; 13] = [
+const BEFORE_ON_POSTGRES: [&str; 14] = [
     include_str!("../../../src/store/records/migrations/postgres/0001_first.sql"),
     include_str!("../../../src/store/records/migrations/postgres/0002_principals.sql"),
     include_str!("../../../src/store/records/migrations/postgres/0003_events.sql"),
@@ -41,6 +42,7 @@ const BEFORE_ON_POSTGRES: [&str; 13] = [
     include_str!("../../../src/store/records/migrations/postgres/0011_scale.sql"),
     include_str!("../../../src/store/records/migrations/postgres/0012_verdicts.sql"),
     include_str!("../../../src/store/records/migrations/postgres/0013_time_used.sql"),
+    include_str!("../../../src/store/records/migrations/postgres/0014_unused_index.sql"),
 ];
 
 /// What the version before wrote: a job that failed, one that a worker has had for long, one that waits, and a rig.
@@ -55,6 +57,8 @@ macro_rules! written_before {
          VALUES ('job_000000000000bbbbbbbbbbbbbb', 'queued', (SELECT text FROM request), 0, 0, 5, 'ann', 0, 'aa', 0), \
                 ('job_000000000000cccccccccccccc', 'queued', (SELECT text FROM request), 0, 0, 6, 'ann', 0, 'aa', 0); \
          DROP TABLE request; \
+         INSERT INTO api_keys (id, principal, sha256, scopes, created_at) \
+         VALUES ('key_000000000000eeeeeeeeeeeeee', 'ann', 'aa', 'read', 5); \
          UPDATE jobs SET state = 'running', attempt = 1, started_at = 7, lease = 'lse_000000000000dddddddddddddd', lease_expires_at = 8 \
          WHERE id = 'job_000000000000bbbbbbbbbbbbbb'; \
          INSERT INTO named_documents (principal, kind, name, version, sha256, document, created_at) \
@@ -75,6 +79,9 @@ async fn works_on(records: &Records) {
         let ended = records.finish_job(&job.id, held, &end(JobState::Succeeded, Vec::new())).await.expect("writes");
         assert_eq!(ended, Ended::Written { stopped: 0 }, "and ends");
     }
+    let keys = records.api_keys().await.expect("lists");
+    let is_good = |key: &ApiKeyRecord| key.note.is_empty() && key.revoked_at.is_none();
+    assert!(keys.len() == 1 && keys.iter().all(is_good), "keys open as before: {keys:?}");
     let file = asset("bob", "aa");
     records.add_assets(std::slice::from_ref(&file)).await.expect("writes");
     records.add_job(&job(&file, 0)).await.expect("and it is written to as a new one");
@@ -102,7 +109,7 @@ async fn a_database_of_the_version_before_is_brought_up_to_date() {
                  installed_on TIMESTAMP NOT NULL DEFAULT CURRENT_TIMESTAMP, success BOOLEAN NOT NULL, \
                  checksum BLOB NOT NULL, execution_time BIGINT NOT NULL); \
                  INSERT INTO _sqlx_migrations SELECT version, description, installed_on, success, checksum, execution_time \
-                 FROM new._sqlx_migrations WHERE version <= 15;";
+                 FROM new._sqlx_migrations WHERE version <= 16;";
     database.execute(notes).await.expect("as the version before left it");
     database.execute(written_before!()).await.expect("what it wrote");
     database.close().await.expect("closes");
@@ -120,7 +127,7 @@ async fn a_postgres_of_the_version_before_is_brought_up_to_date() {
     server
         .execute(
             "CREATE SCHEMA kept; CREATE TABLE kept.notes (LIKE _sqlx_migrations INCLUDING ALL); \
-             INSERT INTO kept.notes SELECT * FROM _sqlx_migrations WHERE version <= 13; \
+             INSERT INTO kept.notes SELECT * FROM _sqlx_migrations WHERE version <= 14; \
              DROP SCHEMA public CASCADE; CREATE SCHEMA public",
         )
         .await;

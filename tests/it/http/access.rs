@@ -212,17 +212,24 @@ async fn keys_are_made_listed_and_revoked_on_the_command_line() {
         let answer = client.get(format!("{}/v1/jobs", server.url)).bearer_auth(key).send().await;
         answer.expect("an answer").status().as_u16()
     };
-    let (code, key, told) = keys(&["create", "studio", "--lifetime", "90d"]);
+    let (code, key, told) = keys(&["create", "studio", "--lifetime", "90d", "--note", "render farm, north"]);
     assert_eq!((code, key.trim().lines().count()), (Some(0), 1), "the key alone, for scripts: {told}");
     assert!(told.contains("studio read,write"), "what it is, apart from it: {told}");
     assert_eq!(status(key.trim()).await, 200, "it opens at once");
     let (code, list, _) = keys(&["list"]);
     assert!(code == Some(0) && list.contains("studio") && !list.contains(key.trim()), "without secrets: {list}");
+    assert!(list.contains("last used 2") && list.contains("render farm, north"), "used when, and for what: {list}");
     let id = list.split(' ').next().expect("an id");
     assert_eq!(keys(&["revoke", id]).0, Some(0), "revoked");
     assert_eq!(status(key.trim()).await, 401, "it opens nothing any more");
     let (code, _, told) = keys(&["revoke", id]);
-    assert!(code == Some(2) && told.contains("keys list"), "gone already: {told}");
+    assert!(code == Some(2) && told.contains("keys list"), "revoked already: {told}");
+    assert!(!keys(&["list"]).1.contains(id), "what opens nothing is not listed");
+    let (_, all, _) = keys(&["list", "--all"]);
+    assert!(all.contains(id) && all.contains("revoked 2") && all.contains("render farm"), "but where all are: {all}");
+    let (_, told, _) = keys(&["list", "--all", "--json"]);
+    assert!(told.contains("\"revoked_at\": \"2") && told.contains("\"note\": \"render farm, north\""), "{told}");
+    assert_eq!(keys(&["create", "studio", "--note", "two\nlines"]).0, Some(2), "a note is one line");
     assert_eq!(keys(&["create", "Studio 1"]).0, Some(2), "no such name");
     assert_eq!(keys(&["create", "studio", "--scope", "all"]).0, Some(2), "no such scope");
     assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");

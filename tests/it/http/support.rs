@@ -108,7 +108,7 @@ impl Service {
     pub(super) async fn key(&self, principal: &str, scopes: &[Scope]) -> KeyText {
         let settings = Settings { data: self.data.path().to_owned(), ..Settings::default() };
         let principal = Principal::parse(principal).expect("a name");
-        let new = NewKey { principal, scopes: scopes.to_vec(), lifetime: None };
+        let new = NewKey { principal, scopes: scopes.to_vec(), lifetime: None, note: String::new() };
         app::keys(&settings).await.expect("opens").create(new).await.expect("is made").0
     }
 
