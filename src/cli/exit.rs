@@ -9,7 +9,7 @@ use std::{
 use serde_json::{Value, json};
 
 use super::{
-    limits::hint_for_command_line,
+    hints::in_words_of_commands,
     manner::{is_quiet, say_aloud, speaks_json},
 };
 use crate::engine::{Failure, FailureCode};
@@ -53,7 +53,7 @@ impl Exit {
         });
         // One thing that is wrong is told by the message and the hint; a list is for several.
         let details = if failure.errors.len() > 1 { details.collect() } else { Vec::new() };
-        let hint = hint_for_command_line(&message, &failure.hint);
+        let hint = in_words_of_commands(&message, &failure.hint);
         Self { details, ..Self::new(exit_code(failure), message, hint) }
     }
 

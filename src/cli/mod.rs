@@ -14,6 +14,7 @@ mod exit;
 mod explain;
 mod files;
 mod health;
+mod hints;
 mod inputs;
 mod inspect;
 mod joint_table;
@@ -66,10 +67,13 @@ enum Command {
     /// Run jobs that `serve` takes on in other processes, on the same Postgres database and the same file store.
     Worker(service::WorkerArguments),
     /// Retarget one clip onto one character, without a server.
+    #[command(after_help = EXIT_CODES)]
     Retarget(retarget::Arguments),
     /// Run `retarget` on a running service: upload, follow, download.
+    #[command(after_help = EXIT_CODES)]
     Submit(submit::Arguments),
     /// Edit one clip of a file: timing, loop seams, mirroring; without a second rig.
+    #[command(after_help = EXIT_CODES)]
     Edit(edit::Arguments),
     /// Animate a drawn character: a scene of *Animated Drawings*, without that program.
     Draw(draw::Arguments),
@@ -78,6 +82,7 @@ enum Command {
     /// Say why a joint of the result is turned as it is at one frame.
     Explain(explain::Arguments),
     /// Say what files hold: skeleton, clips, recognized rig, roles, rest pose, units, warnings.
+    #[command(after_help = EXIT_CODES)]
     Inspect(inspect::Arguments),
     /// Render a file: a still, a sheet of stills or a moving picture.
     Preview(preview::Arguments),
@@ -127,7 +132,7 @@ pub fn run_with(command_line: Vec<OsString>) -> u8 {
 fn run_words(command_line: Vec<OsString>) -> ExitCode {
     let Arguments { command, manner } = match Arguments::try_parse_from(&command_line) {
         Ok(arguments) => arguments,
-        Err(error) => match usage::refused(&error) {
+        Err(error) => match usage::refused(&error, &usage::named(Arguments::command(), &command_line)) {
             // Asked for in any way, since what follows could not be read.
             Some(exit) => {
                 manner::Manner::of_words(command_line.into_iter()).set();

@@ -288,6 +288,11 @@ pub(super) fn output_format(path: &Path) -> Result<Format, Exit> {
             let message = format!("output {}: {}", path.display(), format.info().why_unwritten());
             Err(Exit::new(BAD_USAGE, message, hint))
         }
+        None if path.is_dir() => Err(Exit::new(
+            BAD_USAGE,
+            format!("output {}: this is a folder", path.display()),
+            format!("name a file in it, such as {}", path.join("out.glb").display()),
+        )),
         None => Err(Exit::new(BAD_USAGE, format!("output {}: the ending stands for no format", path.display()), hint)),
     }
 }

@@ -50,7 +50,7 @@ impl clap::FromArgMatches for Arguments {
 }
 
 /// Settings of requests, which a process without an API has no use for.
-const OF_REQUESTS: [&str; 26] = [
+const OF_REQUESTS: [&str; 44] = [
     "listen",
     "authentication",
     "token_issuer",
@@ -77,6 +77,24 @@ const OF_REQUESTS: [&str; 26] = [
     "max_concurrent_requests",
     "max_principal_requests",
     "upload_timeout",
+    "upload_idle_timeout",
+    "studio",
+    "max_request_bytes",
+    "max_document_bytes",
+    "max_json_values",
+    "max_batch_items",
+    "max_batch_bytes",
+    "max_labels",
+    "max_label_bytes",
+    "max_outputs_per_job",
+    "max_queued_jobs",
+    "max_queued_batch_jobs",
+    "max_queued_bytes",
+    "max_principal_jobs",
+    "max_stored_documents",
+    "max_stored_document_bytes",
+    "max_document_versions",
+    "download_link_period",
 ];
 
 /// Arguments of `retargetd worker`: those of `serve` that do something there. The others are left alone in the environment, which processes

@@ -85,7 +85,8 @@ impl ViewArguments {
         let view = self.unchecked(layout);
         match view.problem() {
             Some((field, problem)) => {
-                Err(Exit::new(BAD_USAGE, format!("{field}: {problem}"), "--help tells what is possible"))
+                let (flag, example) = flag_of(field);
+                Err(Exit::new(BAD_USAGE, format!("{flag}: {problem}"), format!("for example {flag} {example}")))
             }
             None => Ok(view),
         }
@@ -108,6 +109,18 @@ impl ViewArguments {
             labels: self.labels,
             floor: !self.no_floor,
         }
+    }
+}
+
+/// The flag that sets a field of a view, and a value of it.
+fn flag_of(field: &str) -> (&'static str, &'static str) {
+    match field {
+        "size" => ("--size", "512, or --size 640x360"),
+        "fps" => ("--fps", "30"),
+        "turn_degrees" => ("--turn", "90"),
+        "range" => ("--range", "1.5,3"),
+        "at_seconds" => ("--at", "0.5"),
+        _ => ("--sheet", "4x3"),
     }
 }
 

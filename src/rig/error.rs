@@ -75,7 +75,7 @@ impl SpecErrorKind {
             }
             Self::UnknownName => "'retargetd inspect FILE' lists the clips and the roles of a file",
             _ => {
-                "GET /v1/schemas/retarget-spec is the JSON Schema of the config; docs/reference/config.md explains every field"
+                "GET /docs/reference/config explains every field of a config; GET /v1/schemas/retarget-spec is its JSON Schema"
             }
         }
     }

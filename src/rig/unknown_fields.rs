@@ -4,7 +4,10 @@
 
 use serde_json::{Map, Value};
 
-use super::error::{SpecErrorKind, SpecField};
+use super::{
+    error::{SpecErrorKind, SpecField},
+    nearest::by_likeness,
+};
 
 /// So many things that are wrong are told at once; nobody reads more, and a document could hold any number.
 pub(crate) const MAX_TOLD: usize = 100;
@@ -113,7 +116,15 @@ impl<'a> Tag<'a> {
     /// What is wrong with the tag of an object.
     fn wrong(&self, fields: &Map<String, Value>, pointer: &str) -> Option<SpecField> {
         let Self { name, values } = self;
-        let known = values.iter().map(|value| format!("'{value}'")).collect::<Vec<_>>().join(", ");
+        /// More are not told at once.
+        const MOST: usize = 8;
+        let seen = fields.get(*name).and_then(Value::as_str).unwrap_or_default();
+        let near = by_likeness(seen, values.iter().copied());
+        let known = near.iter().take(MOST).map(|value| format!("'{value}'")).collect::<Vec<_>>().join(", ");
+        let known = match near.len().checked_sub(MOST) {
+            Some(more @ 1..) => format!("{known} and {more} more"),
+            _ => known,
+        };
         let (detail, seen) = match fields.get(*name) {
             Some(Value::String(seen)) if values.contains(&seen.as_str()) => return None,
             Some(Value::String(seen)) => (format!("there is no {name} '{seen}'; there are {known}"), seen.as_str()),
@@ -171,6 +182,19 @@ fn properties<'a>(node: &'a Value, schema: &'a Value) -> Vec<(&'a str, &'a Value
         }
     }
     all
+}
+
+/// The words that a place takes, by its part of the schema; none where it takes something else too.
+pub(crate) fn words_of(node: &Value) -> Vec<&str> {
+    let listed = node.get("enum").and_then(Value::as_array);
+    let words = match listed {
+        Some(words) => words.iter().map(Value::as_str).collect::<Option<_>>(),
+        None => {
+            let one_of = node.get("oneOf").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+            one_of.iter().map(|one| one.get("const")?.as_str()).collect()
+        }
+    };
+    words.unwrap_or_default()
 }
 
 fn escape(name: &str) -> String {

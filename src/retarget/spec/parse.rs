@@ -17,7 +17,7 @@ use crate::rig::{
     deserialize::deserialize,
     error::{SpecError, SpecErrorKind, SpecField},
     ranges::out_of_ranges,
-    unknown_fields::unknown_fields,
+    unknown_fields::{unknown_fields, walk, words_of},
 };
 
 /// More ops than this are refused, before time is spent on any of them.
@@ -30,6 +30,10 @@ const MAX_FURTHER_CHAINS: usize = 8;
 const MAX_EVALUATIONS: u32 = 500;
 /// A joint is turned by no more than this at once, in degrees.
 const MAX_EDIT_DEGREES: f64 = 3600.0;
+
+/// What a config looks like.
+const OBJECT_HINT: &str =
+    "a config is an object in JSON or YAML, such as {\"align\": \"off\"}; GET /docs/guide/configs explains it";
 
 /// Reads a config: our own spec as JSON or YAML, an ikrigretarget config, a joint table, or a bone map of another tool. An empty document is an empty spec.
 ///
@@ -51,7 +55,7 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
     let document = if is_bone_map(&document) { convert(&document)? } else { document };
     if !document.is_object() {
         let detail = format!("the config is {} where an object is expected", kind_of(&document));
-        return Err(SpecError::new(SpecErrorKind::Malformed, detail, "an empty config is {}"));
+        return Err(SpecError::new(SpecErrorKind::Malformed, detail, OBJECT_HINT));
     }
     let ops = document.get("ops").and_then(Value::as_array).map_or(0, Vec::len);
     if ops > MAX_OPS {
@@ -70,7 +74,7 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
 pub fn parse_by_schema<T: DeserializeOwned>(document: Value, schema: &Value) -> Result<T, SpecError> {
     if !document.is_object() {
         let detail = format!("the config is {} where an object is expected", kind_of(&document));
-        return Err(SpecError::new(SpecErrorKind::Malformed, detail, "an empty config is {}"));
+        return Err(SpecError::new(SpecErrorKind::Malformed, detail, OBJECT_HINT));
     }
     parse_checked(&document, schema, |_| Vec::new())
 }
@@ -84,12 +88,31 @@ fn parse_checked<T: DeserializeOwned>(
         return Err(error);
     }
     let ranges = out_of_ranges(document, schema);
-    let spec: T = deserialize(document)?;
+    let spec: T = deserialize(document).map_err(|error| with_words(error, document, schema))?;
     let mut fields = further(&spec);
     let told = |range: &SpecField| fields.iter().any(|field| field.pointer == range.pointer);
     let ranges: Vec<SpecField> = ranges.into_iter().filter(|range| !told(range)).collect();
     fields.extend(ranges);
     SpecError::from_fields(fields).map_or(Ok(spec), Err)
+}
+
+/// Where any word is no answer: the words that the schema has for that place.
+fn with_words(mut error: SpecError, document: &Value, schema: &Value) -> SpecError {
+    const ANY_WORD: &str = "where a word is expected";
+    let Some(field) = error.fields.first_mut().filter(|field| field.detail.ends_with(ANY_WORD)) else { return error };
+    let mut words = Vec::new();
+    walk(document, schema, |pointer, _, node| {
+        if pointer == field.pointer {
+            words = words_of(node).into_iter().map(str::to_owned).collect::<Vec<_>>();
+        }
+    });
+    if !words.is_empty() {
+        let listed = words.iter().map(|word| format!("'{word}'")).collect::<Vec<_>>().join(", ");
+        let told = format!("where one of these is expected: {listed}");
+        field.detail = field.detail.replace(ANY_WORD, &told);
+        error.detail = error.detail.replace(ANY_WORD, &told);
+    }
+    error
 }
 
 /// Whether a document has the shape of our own spec, and is no config of another tool.
@@ -104,7 +127,7 @@ pub fn is_own_shape(document: &Value) -> bool {
 /// # Errors
 /// When it is neither.
 pub fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
-    let malformed = |detail: String| SpecError::new(SpecErrorKind::Malformed, detail, "send JSON or YAML");
+    let malformed = |detail: String| SpecError::new(SpecErrorKind::Malformed, detail, OBJECT_HINT);
     let text = std::str::from_utf8(bytes)
         .map_err(|error| malformed(format!("the config is not UTF-8 text: byte {}", error.valid_up_to())))?;
     let text = text.trim_start_matches('\u{feff}').trim();
@@ -124,8 +147,9 @@ pub fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
     // YAML 1.1 takes `off`, `no` and `y` for booleans; in a config they are words.
     let options = serde_saphyr::options! { strict_booleans: true };
     serde_saphyr::from_str_with_options(text, options).map_err(|error| {
-        let first_line = error.to_string().lines().next().unwrap_or_default().to_owned();
-        malformed(format!("the config is neither JSON nor YAML: {first_line}"))
+        let text = error.to_string();
+        let first_line = text.lines().next().unwrap_or_default();
+        malformed(format!("the config is neither JSON nor YAML: {}", first_line.trim_start_matches("error: ")))
     })
 }
 
@@ -230,7 +254,7 @@ mod tests {
         let cases = [
             (r#"{"target": 3}"#, "this is the number '3' where an object is expected: RigSpec"),
             (r#"{"align": "of"}"#, "this is 'of' where one of these is expected: 'auto', 'off'"),
-            (r#"{"align": false}"#, "this is the boolean 'false' where a word is expected"),
+            (r#"{"align": false}"#, "this is the boolean 'false' where one of these is expected: 'auto', 'off'"),
             (r#"{"strict": {}}"#, "this is an object where this is expected: a boolean"),
         ];
         for (text, wanted) in cases {
@@ -255,6 +279,13 @@ mod tests {
     }
 
     #[test]
+    fn of_many_words_the_nearest_are_told() {
+        let detail = first_field(r#"{"ops": [{"op": "pelvos"}]}"#).detail;
+        assert!(detail.starts_with("there is no op 'pelvos'; there are 'pelvis', "), "{detail}");
+        assert!(detail.contains(" more") && detail.len() < 160, "a line that one can read: {detail}");
+    }
+
+    #[test]
     fn wrong_values_are_named_with_their_place() {
         let cases = [
             (r#"{"strict": 3}"#, "/strict"),
@@ -275,7 +306,9 @@ mod tests {
     #[test]
     fn what_is_no_document_says_so() {
         for text in ["{", "[1]", "{\"a\": }", "\"text\"", "a: [b"] {
-            assert_eq!(parse_spec(text.as_bytes()).expect_err(text).kind, SpecErrorKind::Malformed, "{text}");
+            let error = parse_spec(text.as_bytes()).expect_err(text);
+            assert_eq!(error.kind, SpecErrorKind::Malformed, "{text}");
+            assert!(!error.detail.contains("error:"), "{}", error.detail);
         }
         assert!(parse_spec(b"\xff\xfe").is_err(), "not UTF-8");
     }

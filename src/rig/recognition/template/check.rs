@@ -24,8 +24,8 @@ const LONGEST_TEMPLATE_NAME: usize = 64;
 /// pointer to every single one.
 pub fn parse_template(document: Value) -> Result<RigTemplate, SpecError> {
     let with_hint = |error: SpecError| SpecError {
-        hint: if error.hint.starts_with("GET /v1/schemas") {
-            "GET /v1/schemas/rig-template is the JSON Schema of rig templates".to_owned()
+        hint: if error.hint.contains("GET /v1/schemas") {
+            "GET /docs/guide/rigs explains rig templates; GET /v1/schemas/rig-template is their JSON Schema".to_owned()
         } else {
             error.hint
         },
@@ -33,7 +33,8 @@ pub fn parse_template(document: Value) -> Result<RigTemplate, SpecError> {
     };
     if !document.is_object() {
         let detail = format!("the rig template is {} where an object is expected", kind_of(&document));
-        let hint = "a template has at least a name, a kind and roles";
+        let hint =
+            "a template is an object in JSON or YAML with a name, a kind and roles; GET /docs/guide/rigs explains it";
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, hint));
     }
     if let Some(error) = SpecError::from_fields(unknown_fields(&document, template_schema())) {
