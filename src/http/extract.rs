@@ -13,7 +13,7 @@ use super::{
     code::Code,
     json_size,
     plain_words::{self, Kind, Misread},
-    problem::Problem,
+    problem::{Problem, where_listed},
     upload::BodyReader,
 };
 use crate::{
@@ -27,12 +27,28 @@ pub(super) struct Id<T>(pub(super) T);
 
 /// A kind of id.
 pub(super) trait PathId: Sized {
+    /// What it is the id of.
+    const KIND: &'static str;
+    /// What ids of the kind begin with.
+    const START: &'static str;
+
     fn read(text: &str) -> Option<Self>;
+
+    /// What is told of a text that is none.
+    fn not_one(text: &str) -> Problem {
+        let shown: String = text.chars().take(64).collect();
+        let detail = format!("'{shown}' is not the id of a {}; one looks like {}01j9…", Self::KIND, Self::START);
+        let detail = detail.replace("of a asset", "of an asset");
+        Problem::new(Code::NotFound, detail).with_hint(where_listed(Self::KIND))
+    }
 }
 
 macro_rules! path_ids {
-    ($($id:ty),+) => {
+    ($($id:ty = $kind:literal),+) => {
         $(impl PathId for $id {
+            const KIND: &'static str = $kind;
+            const START: &'static str = Self::PREFIX;
+
             fn read(text: &str) -> Option<Self> {
                 Self::parse(text).ok()
             }
@@ -40,15 +56,22 @@ macro_rules! path_ids {
     };
 }
 
-path_ids!(ApiKeyId, AssetId, BatchId, DeliveryId, JobId, ResultId, WebhookId);
+path_ids!(
+    ApiKeyId = "key",
+    AssetId = "asset",
+    BatchId = "batch",
+    DeliveryId = "delivery",
+    JobId = "job",
+    ResultId = "result",
+    WebhookId = "webhook"
+);
 
 impl<T: PathId, S: Send + Sync> FromRequestParts<S> for Id<T> {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        let not_found = |text: &str| Problem::new(Code::NotFound, format!("'{text}' is not a valid id"));
-        let Path(text) = Path::<String>::from_request_parts(parts, state).await.map_err(|_| not_found("…"))?;
-        T::read(&text).map(Self).ok_or_else(|| not_found(&text.chars().take(64).collect::<String>()))
+        let Path(text) = Path::<String>::from_request_parts(parts, state).await.map_err(|_| T::not_one("…"))?;
+        T::read(&text).map(Self).ok_or_else(|| T::not_one(&text))
     }
 }
 
@@ -107,7 +130,18 @@ pub(super) fn known<T>(
     read: impl Fn(&str) -> Option<T>,
     all: impl Fn() -> String,
 ) -> Result<Option<T>, Problem> {
-    name.map(|name| read(name).ok_or_else(|| unusable(member, name, &format!("one of {}", all())))).transpose()
+    let Some(name) = name else { return Ok(None) };
+    let refused = || {
+        let all = all();
+        let names = all.split(", ");
+        let example = names.clone().next().unwrap_or_default().to_owned();
+        let mut problem = unusable(member, name, &format!("one of {all}"), &example);
+        for error in &mut problem.errors {
+            error.did_you_mean = nearest(name, names.clone());
+        }
+        problem
+    };
+    read(name).map(Some).ok_or_else(refused)
 }
 
 /// The state of jobs that a list is asked for.
@@ -120,10 +154,12 @@ pub(super) fn known_verdict(name: Option<&str>) -> Result<Option<JobVerdict>, Pr
     known("verdict", name, JobVerdict::from_name, || JobVerdict::ALL.map(JobVerdict::name).join(", "))
 }
 
-/// A parameter of a query that says nothing.
-pub(super) fn unusable(member: &str, seen: &str, expected: &str) -> Problem {
+/// A parameter of a query that says nothing, and a value that would.
+pub(super) fn unusable(member: &str, seen: &str, expected: &str, example: &str) -> Problem {
     let shown: String = seen.chars().take(64).collect();
     Problem::new(Code::MalformedRequest, format!("'{shown}' is not a valid '{member}'; it is {expected}"))
+        .with_hint(format!("for example ?{member}={example}"))
+        .at(format!("?{member}"), Vec::new())
 }
 
 /// A JSON body.
@@ -167,9 +203,27 @@ fn read_from<'de, T: DeserializeOwned>(
         let whole = if pointer.is_empty() { "the body" } else { "it" };
         let Misread { kind, detail, seen, known } = plain_words::misread(&inner.to_string(), whole);
         let code = if kind == Kind::UnknownField { Code::UnknownField } else { Code::InvalidValue };
-        let problem = Problem::new(code, detail).with_hint("GET /docs/api has the fields of every body");
-        problem.at(pointer, nearest(&seen, known.iter().map(String::as_str)))
+        // What is missing is pointed to where it should be.
+        let pointer = if kind == Kind::MissingField { format!("{pointer}/{seen}") } else { pointer };
+        let similar = nearest(&seen, known.iter().map(String::as_str));
+        Problem::new(code, detail).with_hint(hint_of(&pointer, &similar)).at(pointer, similar)
     })
+}
+
+/// What to do about a value of a body: what its member takes, where that is known.
+fn hint_of(pointer: &str, similar: &[String]) -> String {
+    const FILE: &str =
+        "a file is named by the asset that it was uploaded as, {\"asset\": \"ast_…\"}; POST /v1/assets gives its id";
+    let member = pointer.rsplit('/').next().unwrap_or_default();
+    match (member, similar) {
+        (_, [_, ..]) => format!("did you mean {}?", similar.join(" or ")),
+        ("source" | "target" | "source_rest" | "target_rest" | "scene" | "rest", _) => FILE.to_owned(),
+        ("output", _) => "it lists names of formats, as [\"glb\", \"bvh\"]; GET /v1/formats has all of them".to_owned(),
+        ("labels", _) => "labels are names with texts, as {\"shot\": \"012\"}".to_owned(),
+        ("", _) => "send one JSON object, in braces; GET /docs/api has the fields of every body".to_owned(),
+        _ if pointer.contains("/labels/") => "the text of a label stands in quotes, as {\"shot\": \"012\"}".to_owned(),
+        _ => "GET /docs/api has the fields of every body".to_owned(),
+    }
 }
 
 fn json_pointer(path: &serde_path_to_error::Path) -> String {

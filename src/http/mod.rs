@@ -147,9 +147,10 @@ async fn no_place() -> Problem {
 }
 
 async fn no_route(uri: Uri) -> Problem {
-    let hint = match uri.path().split('/').nth(1) {
-        Some("v1" | "docs" | "studio") => "GET / lists where to go, GET /docs explains it",
-        _ => "routes of the API begin with /v1; GET / lists where to go, GET /docs explains it",
+    let hint = match (docs::routes_like(uri.path()).first(), uri.path().split('/').nth(1)) {
+        (Some(route), _) => format!("did you mean {route}? GET / lists where to go, GET /docs explains it"),
+        (None, Some("v1" | "docs" | "studio")) => "GET / lists where to go, GET /docs explains it".to_owned(),
+        _ => "routes of the API begin with /v1; GET / lists where to go, GET /docs explains it".to_owned(),
     };
     Problem::new(Code::NotFound, "there is no such route").with_hint(hint)
 }

@@ -16,8 +16,8 @@ const DEFAULT_ITEMS: usize = 50;
 #[into_params(parameter_in = Query)]
 pub(super) struct PageQuery {
     /// Entries of the page; capped by the limit `page_items`.
-    #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
-    pub(super) limit: Option<u32>,
+    #[param(value_type = Option<u32>, format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
+    pub(super) limit: Option<String>,
     /// `next_cursor` of the previous page.
     pub(super) cursor: Option<String>,
 }
@@ -25,13 +25,15 @@ pub(super) struct PageQuery {
 /// The number of entries asked for, cut down to what is allowed.
 ///
 /// # Errors
-/// When none are asked for.
-pub(super) fn items(asked: Option<u32>, most: u64) -> Result<usize, Problem> {
-    if asked == Some(0) {
-        return Err(unusable("limit", "0", "a number from 1"));
-    }
+/// When none are asked for, or it is no number.
+pub(super) fn items(asked: Option<&str>, most: u64) -> Result<usize, Problem> {
     let most = usize::try_from(most).unwrap_or(usize::MAX);
-    Ok(asked.map_or(DEFAULT_ITEMS, |asked| asked as usize).clamp(1, most))
+    let Some(text) = asked else { return Ok(DEFAULT_ITEMS.clamp(1, most)) };
+    // More than a number can hold is more than there may be.
+    let is_number = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let number = is_number.then(|| text.parse().unwrap_or(usize::MAX));
+    let number = number.filter(|number| *number > 0);
+    number.map(|number| number.min(most)).ok_or_else(|| unusable("limit", text, "a whole number from 1", "50"))
 }
 
 /// The cursor for what comes after a page, where anything does: `name_of` names the last entry of the page.
@@ -74,7 +76,12 @@ mod tests {
         page.has_more = false;
         assert_eq!(next_cursor(&page, filter, |id| (*id).to_owned()), None, "the last page");
         assert!(read_cursor(Some("%%%"), "", text).is_err(), "no cursor");
-        assert_eq!(items(Some(10_000), 100).ok(), Some(100), "cut down");
-        assert!(items(Some(0), 100).is_err(), "nothing is no page");
+        assert_eq!(items(Some("10000"), 100).ok(), Some(100), "cut down");
+        assert_eq!(items(Some("99999999999999999999999"), 100).ok(), Some(100), "whatever it is");
+        assert_eq!(items(None, 20).ok(), Some(20), "unless it is said");
+        for wrong in ["0", "-1", "many", "1.5", "+1"] {
+            let problem = items(Some(wrong), 100).expect_err("no number of entries");
+            assert_eq!(problem.detail, format!("'{wrong}' is not a valid 'limit'; it is a whole number from 1"));
+        }
     }
 }

@@ -26,6 +26,19 @@ pub(super) fn of_change(headers: &HeaderMap) -> Result<Precondition, Problem> {
     }
 }
 
+/// What `If-Match` asks for when something is only read: that it is this version.
+///
+/// # Errors
+/// When it is another, or the header is not a list of entity tags.
+pub(super) fn check_read(headers: &HeaderMap, sha256: &str) -> Result<(), Problem> {
+    let Some(tags) = joined(headers, &header::IF_MATCH).filter(|tags| tags != "*") else { return Ok(()) };
+    if read_tags(&tags)?.iter().any(|tag| tag == sha256) {
+        return Ok(());
+    }
+    let detail = format!("its ETag is \"{sha256}\", which 'If-Match' does not name");
+    Err(Problem::new(Code::PreconditionFailed, detail).with_hint("leave the header out to have it as it is"))
+}
+
 /// Whether the caller has what has this digest.
 pub(super) fn caller_has(headers: &HeaderMap, sha256: &str) -> bool {
     let Some(tags) = joined(headers, &header::IF_NONE_MATCH) else { return false };
@@ -77,6 +90,16 @@ mod tests {
         assert_eq!(of(&[(header::IF_NONE_MATCH, "\"a\"")]), Err(Code::MalformedRequest), "not of a change");
         let both = [(header::IF_MATCH, "*"), (header::IF_NONE_MATCH, "*")];
         assert_eq!(of(&both), Err(Code::MalformedRequest), "opposites");
+    }
+
+    #[test]
+    fn what_is_read_has_to_be_the_version_that_is_named() {
+        let read =
+            |tag: &'static str| check_read(&headers(&[(header::IF_MATCH, tag)]), "a").map_err(|problem| problem.code);
+        assert_eq!((read("*"), read("\"b\", \"a\""), read("")), (Ok(()), Ok(()), Ok(())), "it is");
+        assert_eq!(read("\"b\""), Err(Code::PreconditionFailed), "another");
+        assert_eq!(read("W/\"a\""), Err(Code::PreconditionFailed), "weak tags match nothing");
+        assert_eq!(read("b"), Err(Code::MalformedRequest), "no tag");
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub struct Problem {
     pub(super) part: Box<str>,
     pub(super) place: Box<str>,
     pub(super) limit: Option<Box<LimitSeen>>,
+    /// Whether the pointers of `errors` lead into a JSON body already, and not only into the config in it.
+    pub(super) is_in_body: bool,
 }
 
 /// The limit that was reached.
@@ -87,7 +89,7 @@ pub struct ProblemView {
 /// One thing that is wrong with a document.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct ProblemError {
-    /// JSON pointer to it.
+    /// JSON pointer to it: into the body where that is JSON, else into the `part`. `?name` is a parameter of the query.
     pub pointer: String,
     /// Stable code.
     pub code: String,
@@ -103,7 +105,8 @@ impl Problem {
     #[must_use]
     pub fn new(code: Code, detail: impl Into<String>) -> Self {
         let (part, place) = (Box::default(), Box::default());
-        Self { code, detail: detail.into(), hint: String::new(), errors: Vec::new(), part, place, limit: None }
+        let (detail, hint, errors) = (detail.into(), String::new(), Vec::new());
+        Self { code, detail, hint, errors, part, place, limit: None, is_in_body: false }
     }
 
     /// The same, with what the caller can do.
@@ -120,16 +123,29 @@ impl Problem {
         self
     }
 
+    /// The same for a body that is JSON: what is wrong with a config stands in the body below `config`.
+    #[must_use]
+    pub(super) fn in_body(mut self) -> Self {
+        if &*self.part == "config" && !self.is_in_body {
+            for error in &mut self.errors {
+                error.pointer.insert_str(0, "/config");
+            }
+        }
+        self.is_in_body = true;
+        self
+    }
+
     /// The same, about a part of a document that stands in a larger one at that pointer.
     #[must_use]
-    pub(super) fn below(mut self, pointer: &str) -> Self {
-        if self.errors.is_empty() {
-            return self.at(pointer, Vec::new());
+    pub(super) fn below(self, pointer: &str) -> Self {
+        let mut this = self.in_body();
+        if this.errors.is_empty() {
+            return this.at(pointer, Vec::new());
         }
-        for error in &mut self.errors {
+        for error in &mut this.errors {
             error.pointer.insert_str(0, pointer);
         }
-        self
+        this
     }
 
     /// The same, about a limit.
@@ -192,6 +208,22 @@ impl IntoResponse for Problem {
     }
 }
 
+/// Where one finds what there is of a kind.
+pub(super) fn where_listed(kind: &str) -> &'static str {
+    match kind {
+        "asset" => "GET /v1/assets lists the uploaded files; upload it again if it has expired",
+        "job" => "GET /v1/jobs lists the jobs",
+        "batch" => "GET /v1/batches lists the batches",
+        "result" => "GET /v1/jobs/{id} has the results of a job in `results`; run the job again if they have expired",
+        "rig" => "GET /v1/rigs lists the rigs",
+        "preset" => "GET /v1/presets lists the presets",
+        "key" => "GET /v1/keys lists the keys",
+        "webhook" => "GET /v1/webhooks lists the webhooks",
+        "delivery" => "GET /v1/webhooks/{id}/deliveries lists the deliveries of a webhook",
+        _ => "",
+    }
+}
+
 impl From<StoredFieldError> for ProblemError {
     fn from(error: StoredFieldError) -> Self {
         let StoredFieldError { pointer, code, detail, did_you_mean } = error;
@@ -218,10 +250,12 @@ impl From<Refusal> for Problem {
     fn from(refusal: Refusal) -> Self {
         let detail = refusal.to_string();
         match refusal {
-            Refusal::NotFound { .. } => Self::new(Code::NotFound, detail),
+            Refusal::NotFound { kind, .. } => Self::new(Code::NotFound, detail).with_hint(where_listed(kind)),
             Refusal::Expired { .. } => Self::new(Code::Expired, detail),
             Refusal::UnknownInput { role, .. } => {
-                Self::new(Code::UnknownAsset, detail).at(format!("/{}/asset", role.name()), Vec::new())
+                Self::new(Code::UnknownAsset, detail)
+                    .at(format!("/{}/asset", role.name()), Vec::new())
+                    .with_hint("GET /v1/assets lists those that there are; POST /v1/assets uploads a file and gives its id")
             }
             Refusal::QueueFull { limit, most, actual } => {
                 Self::new(Code::QueueFull, detail).about_limit(limit, most, actual)
@@ -243,7 +277,9 @@ impl From<Refusal> for Problem {
             Refusal::DigestMismatch { .. } => Self::new(Code::DigestMismatch, detail),
             Refusal::TooBusy => Self::new(Code::TooBusy, detail),
             Refusal::Draining => Self::new(Code::Draining, detail),
-            Refusal::StorageFull(Full::Disk) => Self::new(Code::StorageFull, detail),
+            Refusal::StorageFull(Full::Disk) => Self::new(Code::StorageFull, detail).with_hint(
+                "delete assets, or wait until some expire; the operator makes room on the disk, or lowers `reserved_disk`",
+            ),
             Refusal::StorageFull(Full::StoredBytes { most, actual }) => {
                 Self::new(Code::StorageFull, detail).about_limit("stored_bytes", most, actual)
             }

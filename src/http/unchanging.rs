@@ -19,6 +19,7 @@ pub(super) async fn unchanging(
     media_type: &'static str,
     make: impl Future<Output = Result<Bytes, Refusal>>,
 ) -> Result<Response, Problem> {
+    precondition::check_read(headers, key)?;
     let mut response = if precondition::caller_has(headers, key) {
         StatusCode::NOT_MODIFIED.into_response()
     } else {

@@ -19,7 +19,7 @@ pub struct JobQuota {
 #[derive(Debug, thiserror::Error)]
 pub enum Refusal {
     /// Nothing has that id.
-    #[error("there is no {kind} '{id}'; it may have been deleted, or it expired and was removed")]
+    #[error("there is no {kind} '{id}'{}", why_gone(kind))]
     NotFound {
         /// What was looked for: `asset`, `job`, `result`.
         kind: &'static str,
@@ -236,6 +236,14 @@ pub enum Full {
         /// What there would be.
         actual: u64,
     },
+}
+
+/// Files, jobs and what comes of them have a time; the rest stays until somebody removes it.
+fn why_gone(kind: &str) -> &'static str {
+    match kind {
+        "rig" | "preset" | "key" | "webhook" => "",
+        _ => "; it may have been deleted, or it expired and was removed",
+    }
 }
 
 fn seen(current: Option<&str>) -> String {

@@ -183,6 +183,15 @@ fn describe() {
     for reason in ["queue_full", "quota", "records"] {
         Metric::AdmissionRejected.count([("reason", reason.to_owned())], 0);
     }
+    for verdict in ["pass", "warn", "fail", "not_applicable"] {
+        Metric::Verdicts.count([("verdict", verdict.to_owned())], 0);
+    }
+    for result in ["delivered", "retried", "given_up", "gone"] {
+        Metric::WebhookDeliveries.count([("result", result.to_owned())], 0);
+    }
+    for reason in ["no_url", "scheme", "credentials", "denied", "loopback", "private", "link_local"] {
+        Metric::OutboundBlocked.count([("reason", reason.to_owned())], 0);
+    }
     for state in ["succeeded", "failed", "canceled"] {
         Metric::JobsFinished.count([("state", state.to_owned()), ("code", String::new())], 0);
     }
@@ -233,6 +242,13 @@ mod tests {
         let metrics = Metrics::start().expect("the recorder starts");
         Metric::AdmissionRejected.count([("reason", "test".to_owned())], 2);
         let text = Metrics::start().expect("a second start").render();
+        for first in [
+            "verdicts_total{verdict=\"fail\"}",
+            "webhook_deliveries_total{result=\"given_up\"}",
+            "outbound_blocked_total{reason=\"private\"}",
+        ] {
+            assert!(text.contains(first), "{first} is there before it happens: {text}");
+        }
         assert!(text.contains("retargetd_admission_rejected_total{reason=\"test\"}"), "the counter is there: {text}");
         assert_eq!(metrics.render().is_empty(), text.is_empty(), "both are the same recorder");
     }

@@ -160,6 +160,11 @@ impl Site {
         html(&rendered.title, &self.navigation, &rendered.html)
     }
 
+    /// A page of the site around a body that is HTML already.
+    pub(super) fn page_around(&self, title: &str, body: &str) -> String {
+        html(title, &self.navigation, body)
+    }
+
     /// The HTML of the page at an address.
     pub(super) fn page(&self, address: &str) -> Option<&str> {
         self.pages.iter().find(|(known, _)| known == address).map(|(_, html)| html.as_str())
@@ -223,10 +228,11 @@ fn html(title: &str, navigation: &str, body: &str) -> String {
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title} · retargetd</title>\n<link rel=\"stylesheet\" href=\"/docs/site/page.css\">\n\
+         <link rel=\"icon\" href=\"/docs/site/icon.svg\">\n\
          <script src=\"/docs/site/search.js\" defer></script></head>\n<body><nav>\
          <a class=\"home\" href=\"/docs\">retargetd</a>\n\
          <input id=\"search\" type=\"search\" placeholder=\"Search\" aria-label=\"Search the documents\">\n\
-         <ol id=\"found\" hidden></ol>\n{navigation}</nav>\n<main>{body}</main></body></html>\n"
+         <ol id=\"found\" hidden></ol>\n<details id=\"pages\" open><summary>All pages</summary>{navigation}</details></nav>\n<main>{body}</main></body></html>\n"
     )
 }
 

@@ -9,7 +9,7 @@ use std::{collections::BTreeMap, sync::OnceLock};
 
 use axum::{
     Router,
-    http::{HeaderMap, Uri, header},
+    http::{HeaderMap, HeaderValue, Uri, header},
     response::{Html, IntoResponse, Response},
     routing::get,
 };
@@ -25,10 +25,15 @@ use super::{
     code::{Code, problems_page},
     json_text,
     negotiate::prefers_page,
-    problem::Problem,
+    problem::{Problem, ProblemView},
     resources,
 };
-use crate::{report::edits_page, samples::walk_scene};
+use crate::{engine::nearest, report::edits_page, samples::walk_scene};
+
+/// Pages of the documentation run its own scripts and nobody else's.
+pub(super) const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
+    "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'",
+);
 
 #[derive(OpenApi)]
 #[openapi(
@@ -87,8 +92,29 @@ pub fn openapi_document() -> Value {
 
 /// The methods of a documented route, as they are told; nothing where it is none.
 pub(super) fn methods_of(route: &str) -> &'static str {
+    methods().get(route).map_or("", String::as_str)
+}
+
+/// Documented routes that look like a path that is none.
+pub(super) fn routes_like(path: &str) -> Vec<String> {
+    /// No route is longer.
+    const MAX_LETTERS: usize = 80;
+    if path.len() > MAX_LETTERS {
+        return Vec::new();
+    }
+    // An id stands for any.
+    let is_id = |part: &str| part.len() == "job_".len() + 26 && part.as_bytes().get(3) == Some(&b'_');
+    let parts: Vec<&str> = path.trim_end_matches('/').split('/').collect();
+    let general: Vec<&str> = parts.iter().map(|part| if is_id(part) { "{id}" } else { part }).collect();
+    let general = general.join("/");
+    let of_api = if general.starts_with("/v1") { general } else { format!("/v1{general}") };
+    nearest(&of_api, methods().keys().map(String::as_str))
+}
+
+/// The methods of every documented route.
+fn methods() -> &'static BTreeMap<String, String> {
     static METHODS: OnceLock<BTreeMap<String, String>> = OnceLock::new();
-    let methods = METHODS.get_or_init(|| {
+    METHODS.get_or_init(|| {
         let document = openapi_document();
         let paths = document["paths"].as_object().into_iter().flatten();
         let told = |(path, item): (&String, &Value)| {
@@ -96,8 +122,7 @@ pub(super) fn methods_of(route: &str) -> &'static str {
             (path.clone(), methods.collect::<Vec<_>>().join(", "))
         };
         paths.map(told).collect()
-    });
-    methods.get(route).map_or("", String::as_str)
+    })
 }
 
 /// The documents, the OpenAPI document and its explorer. Everything that the pages need is in the binary.
@@ -111,6 +136,7 @@ pub(super) fn pages() -> Router<ApiState> {
         .route("/docs/{*page}", get(page))
         .route("/docs/edits", get(edits))
         .route("/docs/site/page.css", get(async || text("text/css", include_str!("site/page.css"))))
+        .route("/docs/site/icon.svg", get(async || text("image/svg+xml", include_str!("../../../studio/icon.svg"))))
         .route("/docs/site/search.js", get(async || text("text/javascript", include_str!("site/search.js"))))
         .route("/docs/site/search.json", get(async || text("application/json", &Site::get().search_index)))
         .merge(Router::from(explorer))
@@ -136,7 +162,11 @@ fn text(media_type: &str, text: &'static str) -> Response {
 /// What every edit does to a walk, in curves.
 async fn edits() -> Response {
     static PAGE: OnceLock<Option<String>> = OnceLock::new();
-    match PAGE.get_or_init(|| edits_page(&walk_scene()).ok()) {
+    // The page stands by itself in files; here it leads back.
+    let linked = |page: String| {
+        page.replacen("<h1>Edits</h1>", "<p><a href=\"/docs\">retargetd</a> · <a href=\"/docs/guide/editing\">Guide</a></p>\n<h1>What edits do</h1>", 1)
+    };
+    match PAGE.get_or_init(|| edits_page(&walk_scene()).ok().map(linked)) {
         Some(page) => Html(page.as_str()).into_response(),
         None => Problem::new(Code::Internal, "the page of edits could not be made").into_response(),
     }
@@ -151,6 +181,38 @@ async fn problems(headers: HeaderMap) -> Response {
         return Html(page.as_str()).into_response();
     }
     ([(header::CONTENT_TYPE, "text/markdown; charset=utf-8")], problems_page()).into_response()
+}
+
+/// A problem as a page for people, in the frame of the documents.
+pub(super) fn problem_page(problem: &ProblemView) -> String {
+    let escaped = markdown::escaped;
+    let mut body = format!(
+        "<h1>{}</h1><p class=\"status\">{} <code>{}</code></p>",
+        escaped(problem.title),
+        problem.status,
+        problem.code
+    );
+    body.push_str(&format!("<p>{}</p>", escaped(&problem.detail)));
+    if !problem.hint.is_empty() {
+        body.push_str(&format!("<p class=\"hint\">{}</p>", escaped(&problem.hint)));
+    }
+    let errors = problem.errors.iter();
+    let errors: String = errors
+        .map(|error| format!("<li><code>{}</code> {}</li>", escaped(&error.pointer), escaped(&error.detail)))
+        .collect();
+    if problem.errors.len() > 1 {
+        body.push_str(&format!("<ul>{errors}</ul>"));
+    }
+    body.push_str(&format!(
+        "<p><a href=\"{}\">What this problem means</a> · <a href=\"/docs\">Documents</a></p>",
+        problem.kind
+    ));
+    body.push_str(&format!(
+        "<p class=\"faint\"><code>{}</code>, request {}</p>",
+        escaped(&problem.instance),
+        escaped(&problem.request_id)
+    ));
+    Site::get().page_around(problem.title, &body)
 }
 
 /// Names the row of each code, so that `/problems#code` leads to it.

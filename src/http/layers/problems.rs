@@ -5,11 +5,17 @@ use axum::{
     extract::{MatchedPath, Request},
     http::{HeaderValue, StatusCode, header},
     middleware::Next,
-    response::{IntoResponse, Response},
+    response::{Html, IntoResponse, Response},
 };
 
 use super::RequestId;
-use crate::http::{code::Code, docs::methods_of, problem::Problem};
+use crate::http::{
+    code::Code,
+    docs::{PAGE_POLICY, methods_of, problem_page},
+    extract::{is_media_type, text},
+    negotiate::prefers_page,
+    problem::{Problem, ProblemView},
+};
 
 const MEDIA_TYPE: HeaderValue = HeaderValue::from_static("application/problem+json");
 
@@ -17,6 +23,8 @@ pub(super) async fn write_problem(request: Request, next: Next) -> Response {
     let path = request.uri().path().to_owned();
     let request_id = request.extensions().get::<RequestId>().cloned();
     let route = request.extensions().get::<MatchedPath>().cloned();
+    let has_json = is_media_type(request.headers(), "application/json");
+    let wants_page = prefers_page(text(request.headers(), &header::ACCEPT));
     let mut response = next.run(request).await;
     let problem = match response.extensions_mut().remove::<Box<Problem>>() {
         Some(problem) => *problem,
@@ -24,12 +32,26 @@ pub(super) async fn write_problem(request: Request, next: Next) -> Response {
         None => return response,
     };
     let problem = with_methods(problem, route.as_ref());
+    let problem = if has_json { problem.in_body() } else { problem };
     let view = problem.view(&path, request_id.as_ref().map_or("", RequestId::as_str));
+    if wants_page {
+        return as_page(problem.code.status(), &view, &response);
+    }
     let mut written = (problem.code.status(), Json(view)).into_response();
     for (name, value) in response.headers().iter().filter(|(name, _)| is_kept(name)) {
         written.headers_mut().insert(name.clone(), value.clone());
     }
     written.headers_mut().insert(header::CONTENT_TYPE, MEDIA_TYPE);
+    written
+}
+
+/// The same for people: browsers say that they would rather have a page.
+fn as_page(status: StatusCode, view: &ProblemView, before: &Response) -> Response {
+    let mut written = (status, Html(problem_page(view))).into_response();
+    for (name, value) in before.headers().iter().filter(|(name, _)| is_kept(name)) {
+        written.headers_mut().insert(name.clone(), value.clone());
+    }
+    written.headers_mut().insert(header::CONTENT_SECURITY_POLICY, PAGE_POLICY);
     written
 }
 

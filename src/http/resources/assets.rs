@@ -132,7 +132,8 @@ async fn list(
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<Json<AssetPageView>, Problem> {
     let before = page::read_cursor(query.cursor.as_deref(), "", |text| AssetId::parse(text).ok())?;
-    let found = assets.list(&owner, before.as_ref(), page::items(query.limit, settings.max_page_items)?).await?;
+    let found =
+        assets.list(&owner, before.as_ref(), page::items(query.limit.as_deref(), settings.max_page_items)?).await?;
     let next_cursor = page::next_cursor(&found, "", |asset| asset.id.to_string());
     let items = found.items.into_iter().map(AssetView::from).collect();
     Ok(Json(AssetPageView { items, next_cursor }))

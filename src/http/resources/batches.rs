@@ -317,7 +317,8 @@ async fn list(
 ) -> Result<Json<BatchPageView>, Problem> {
     const WORDS: &str = "batches";
     let before = page::read_cursor(query.cursor.as_deref(), WORDS, |text| BatchId::parse(text).ok())?;
-    let found = jobs.batches(&owner, before.as_ref(), page::items(query.limit, settings.max_page_items)?).await?;
+    let found =
+        jobs.batches(&owner, before.as_ref(), page::items(query.limit.as_deref(), settings.max_page_items)?).await?;
     let next_cursor = page::next_cursor(&found, WORDS, |batch| batch.record.id.to_string());
     let items = found.items.into_iter().map(BatchView::from).collect();
     Ok(Json(BatchPageView { items, next_cursor }))
@@ -354,8 +355,8 @@ struct JobsQuery {
     /// Only jobs whose report says so of the result: `pass`, `warn`, `fail` or `not_applicable`.
     verdict: Option<String>,
     /// Entries of the page; capped by the limit `page_items`.
-    #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
-    limit: Option<u32>,
+    #[param(value_type = Option<u32>, format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
+    limit: Option<String>,
     /// `next_cursor` of the previous page.
     cursor: Option<String>,
 }
@@ -377,7 +378,7 @@ async fn jobs_of(
     let filter = (known_job_state(query.state.as_deref())?, known_verdict(query.verdict.as_deref())?);
     let words = serde_json::json!([id.as_str(), query.state, query.verdict]).to_string();
     let after = page::read_cursor(query.cursor.as_deref(), &words, |text| text.parse::<u32>().ok().map(u64::from))?;
-    let most = page::items(query.limit, settings.max_page_items)?;
+    let most = page::items(query.limit.as_deref(), settings.max_page_items)?;
     let found = jobs.batch_jobs(&owner, &id, filter, after, most).await?;
     let next_cursor = page::next_cursor(&found, &words, |job| {
         job.record.batch.as_ref().map_or_else(String::new, |place| place.item.to_string())

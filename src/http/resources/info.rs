@@ -78,15 +78,16 @@ struct Links {
 
 /// Lists the entry points.
 ///
-/// Leads who accepts `text/html` more gladly than JSON, as browsers do, to the page for people.
+/// Leads who accepts `text/html` more gladly than JSON, as browsers do, to the page for people: the studio, or the documents where it is
+/// turned off.
 #[utoipa::path(get, path = "/", tag = "service",
     params(("Accept" = Option<String>, Header, description = "`text/html` for the page")),
     responses((status = 200, body = Discovery, description = "where to go"),
         (status = 307, description = "to the page for people", headers(("Location" = String)))))]
 async fn discovery(State(settings): State<Shared<Settings>>, headers: HeaderMap) -> Response {
     let has_studio = settings.studio.0;
-    let mut response = if has_studio && prefers_page(extract::text(&headers, &header::ACCEPT)) {
-        Redirect::temporary("/studio/").into_response()
+    let mut response = if prefers_page(extract::text(&headers, &header::ACCEPT)) {
+        Redirect::temporary(if has_studio { "/studio/" } else { "/docs" }).into_response()
     } else {
         where_to_go(has_studio).into_response()
     };

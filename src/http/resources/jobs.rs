@@ -145,8 +145,8 @@ struct ListQuery {
     #[param(example = "2026-11-22T08:00:00Z")]
     since: Option<String>,
     /// Entries of the page; capped by the limit `page_items`.
-    #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
-    limit: Option<u32>,
+    #[param(value_type = Option<u32>, format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
+    limit: Option<String>,
     /// `next_cursor` of the previous page.
     cursor: Option<String>,
 }
@@ -163,7 +163,9 @@ async fn list(
 ) -> Result<Json<JobPageView>, Problem> {
     let (filter, words) = (query.filter()?, query.words());
     let before = page::read_cursor(query.cursor.as_deref(), &words, |text| JobId::parse(text).ok())?;
-    let found = jobs.list(&owner, &filter, before.as_ref(), page::items(query.limit, settings.max_page_items)?).await?;
+    let found = jobs
+        .list(&owner, &filter, before.as_ref(), page::items(query.limit.as_deref(), settings.max_page_items)?)
+        .await?;
     let next_cursor = page::next_cursor(&found, &words, |job| job.record.id.to_string());
     let items = found.items.into_iter().map(JobView::from).collect();
     Ok(Json(JobPageView { items, next_cursor }))
@@ -177,12 +179,13 @@ impl ListQuery {
     }
 
     fn filter(&self) -> Result<JobFilter, Problem> {
-        let label =
-            self.label.as_deref().map(|text| text.split_once('=').ok_or_else(|| unusable("label", text, "name=text")));
-        let since = self
-            .since
+        let label = self
+            .label
             .as_deref()
-            .map(|text| text.parse().map_err(|_| unusable("since", text, "a time such as 2026-11-22T08:00:00Z")));
+            .map(|text| text.split_once('=').ok_or_else(|| unusable("label", text, "name=text", "shot=012")));
+        let since = self.since.as_deref().map(|text| {
+            text.parse().map_err(|_| unusable("since", text, "a time with its date and zone", "2026-11-22T08:00:00Z"))
+        });
         Ok(JobFilter {
             state: known_job_state(self.state.as_deref())?,
             kind: known("kind", self.kind.as_deref(), JobKind::from_name, || {

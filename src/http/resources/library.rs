@@ -110,6 +110,7 @@ async fn show(
     headers: &HeaderMap,
 ) -> Result<Response, Problem> {
     let kept = library.get(owner, kind, name, version).await?;
+    precondition::check_read(headers, &kept.sha256)?;
     let status =
         if precondition::caller_has(headers, &kept.sha256) { StatusCode::NOT_MODIFIED } else { StatusCode::OK };
     Ok(answer(kept, status))

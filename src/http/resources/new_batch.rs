@@ -114,7 +114,7 @@ impl NewBatchBody {
             }
             _ => {
                 let detail = "a batch has either 'items' or a 'matrix'";
-                return Err(Problem::new(Code::InvalidValue, detail).at("/items", Vec::new()));
+                return Err(Problem::new(Code::InvalidValue, detail).at("/items", Vec::new()).with_hint(ITEMS_HINT));
             }
         };
         let on_error = match self.on_error {
@@ -184,8 +184,16 @@ fn check_count(count: u64, pointer: &str, settings: &Settings) -> Result<(), Pro
         return Ok(());
     }
     let detail = format!("there are {count} items; a batch has from 1 to {most} (the limit 'batch_items')");
-    Err(Problem::new(Code::InvalidValue, detail).about_limit("batch_items", most, count).at(pointer, Vec::new()))
+    let problem = Problem::new(Code::InvalidValue, detail).about_limit("batch_items", most, count);
+    Err(problem.at(pointer, Vec::new()).with_hint(if count == 0 {
+        ITEMS_HINT
+    } else {
+        "ask for them in several batches"
+    }))
 }
+
+/// What a batch is made of.
+const ITEMS_HINT: &str = "an item is what POST /v1/jobs takes, {\"source\": …, \"target\": …}; a matrix has lists of 'sources' and 'targets'";
 
 /// Refuses what would take up too much once every item has what it is given by the defaults and the matrix.
 fn check_bytes(

@@ -106,7 +106,9 @@ impl NewJobBody {
         let formats = read_formats(&self.output, settings.max_outputs_per_job)?;
         if !(-100..=100).contains(&self.priority) {
             let detail = format!("a priority is from -100 to 100, not {}", self.priority);
-            return Err(Problem::new(Code::InvalidValue, detail).at("/priority", Vec::new()));
+            return Err(Problem::new(Code::InvalidValue, detail)
+                .at("/priority", Vec::new())
+                .with_hint("0 is usual; of your jobs that wait, those with more run first"));
         }
         let labels = check_labels(self.labels, settings)?;
         let webhook = self.webhook.as_deref().map(webhook_id).transpose()?;
@@ -141,13 +143,18 @@ pub(super) fn config_document(config: serde_json::Map<String, serde_json::Value>
 }
 
 fn webhook_id(text: &str) -> Result<WebhookId, Problem> {
-    WebhookId::parse(text)
-        .map_err(|error| Problem::new(Code::InvalidValue, error.to_string()).at("/webhook", Vec::new()))
+    WebhookId::parse(text).map_err(|error| {
+        Problem::new(Code::InvalidValue, error.to_string())
+            .at("/webhook", Vec::new())
+            .with_hint("GET /v1/webhooks lists those that there are; POST /v1/webhooks makes one")
+    })
 }
 
 fn asset_id(role: InputRole, text: &str) -> Result<AssetId, Problem> {
     AssetId::parse(text).map_err(|error| {
-        Problem::new(Code::InvalidValue, error.to_string()).at(format!("/{}/asset", role.name()), Vec::new())
+        Problem::new(Code::InvalidValue, error.to_string())
+            .at(format!("/{}/asset", role.name()), Vec::new())
+            .with_hint("POST /v1/assets uploads a file and gives its id; GET /v1/assets lists those that there are")
     })
 }
 
@@ -168,7 +175,12 @@ fn read_formats(names: &[String], most: u64) -> Result<Vec<Format>, Problem> {
                 Some(format) if format.info().feature.is_some() => format.info().why_unwritten(),
                 _ => format!("'{shown}' is not a format that can be written"),
             };
-            Problem::new(Code::InvalidValue, detail).at(format!("/output/{place}"), similar_formats(name))
+            let similar = similar_formats(name);
+            let hint = match similar.as_slice() {
+                [] => "GET /v1/formats lists those that there are".to_owned(),
+                similar => format!("did you mean {}? GET /v1/formats lists those that there are", similar.join(" or ")),
+            };
+            Problem::new(Code::InvalidValue, detail).at(format!("/output/{place}"), similar).with_hint(hint)
         })
     };
     names.iter().enumerate().map(read).collect()

@@ -15,7 +15,7 @@ use crate::{
         ApiState,
         auth::Caller,
         code::Code,
-        extract::{QueryOf, unusable},
+        extract::{PathId as _, QueryOf, unusable},
         problem::{Problem, ProblemView},
         unchanging::unchanging,
     },
@@ -87,7 +87,7 @@ async fn of_asset(
     QueryOf(query): QueryOf<PreviewQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let id = AssetId::parse(&id).map_err(|_| no_id(&id))?;
+    let id = AssetId::read(&id).ok_or_else(|| AssetId::not_one(&id))?;
     let options = query.options(&ending)?;
     answer(&jobs, assets.get(&owner, &id).await?.into(), options, &headers).await
 }
@@ -108,7 +108,7 @@ async fn of_result(
     QueryOf(query): QueryOf<PreviewQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let id = ResultId::parse(&id).map_err(|_| no_id(&id))?;
+    let id = ResultId::read(&id).ok_or_else(|| ResultId::not_one(&id))?;
     let options = query.options(&ending)?;
     let result = jobs.result(&owner, &id).await?;
     answer(&jobs, Pictured::of_result(owner, result), options, &headers).await
@@ -131,7 +131,7 @@ async fn of_batch(
     QueryOf(query): QueryOf<PreviewQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let id = BatchId::parse(&id).map_err(|_| no_id(&id))?;
+    let id = BatchId::read(&id).ok_or_else(|| BatchId::not_one(&id))?;
     let options = query.options(&ending)?;
     let mut response = answer(&jobs, jobs.batch_pictured(&owner, &id).await?, options, &headers).await?;
     response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache"));
@@ -149,11 +149,6 @@ async fn answer(
     unchanging(headers, &key, media_type, jobs.preview(&file, options)).await
 }
 
-fn no_id(text: &str) -> Problem {
-    let shown: String = text.chars().take(64).collect();
-    Problem::new(Code::NotFound, format!("'{shown}' is not a valid id"))
-}
-
 impl PreviewQuery {
     fn options(self, ending: &str) -> Result<PreviewOptions, Problem> {
         if PictureFormat::of_ending(ending, true).is_none() {
@@ -163,11 +158,11 @@ impl PreviewQuery {
         }
         let usual = View::default();
         let size = match &self.size {
-            Some(text) => size(text).ok_or_else(|| unusable("size", text, "pixels, as 512 or 640x360"))?,
+            Some(text) => size(text).ok_or_else(|| unusable("size", text, "pixels, as 512 or 640x360", "512"))?,
             None => usual.size,
         };
         let sheet = match &self.sheet {
-            Some(text) => Some(pair(text).ok_or_else(|| unusable("sheet", text, "columns and rows, as 4x3"))?),
+            Some(text) => Some(pair(text).ok_or_else(|| unusable("sheet", text, "columns and rows, as 4x3", "4x3"))?),
             None => None,
         };
         let range = (self.start.is_some() || self.end.is_some())

@@ -163,7 +163,9 @@ impl CheckBody {
         };
         if let Some(name) = missing {
             let detail = format!("'{name}' is missing: a config is checked against both files, or alone");
-            return Err(Problem::new(Code::MissingPart, detail).at(format!("/{name}"), Vec::new()));
+            return Err(Problem::new(Code::MissingPart, detail)
+                .at(format!("/{name}"), Vec::new())
+                .with_hint("name the assets of both, or send the config alone"));
         }
         let inputs = read_inputs([self.source, self.target, self.source_rest, self.target_rest, None])?;
         Ok((None, NewJob { inputs, config: Some(config), preset: self.preset, ..NewJob::default() }))

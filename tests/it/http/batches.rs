@@ -369,3 +369,14 @@ async fn rigs_of_the_callers_own_count_for_every_item() {
     assert_eq!(refused["limit"], "batch_bytes", "which limit: {refused}");
     service.stop().await;
 }
+
+/// An item that cannot run fails as soon as the batch is made; that nothing has begun to run is told all the same.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_batch_waits_until_one_of_its_jobs_runs() {
+    let service = Service::start(&[("workers", "0")]).await;
+    let asset = service.upload(BVH).await;
+    let batch = ask(&service, &json!({"items": [item(NOWHERE, "a"), item(&asset, "b")]})).await;
+    assert_eq!((batch["counts"]["failed"].as_u64(), batch["counts"]["queued"].as_u64()), (Some(1), Some(1)), "{batch}");
+    assert_eq!(batch["state"], "queued", "none of its jobs has started: {batch}");
+    service.stop().await;
+}

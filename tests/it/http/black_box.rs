@@ -2,8 +2,9 @@
 
 use std::{path::Path, process::Command};
 
-use reqwest::{Client, Response, StatusCode};
-use serde_json::json;
+use reqwest::{Client, Response, StatusCode, multipart};
+use retargetd::samples;
+use serde_json::{Value, json};
 
 use super::support::{BVH, PATIENCE, ServiceProcess, form, header, json as read, problem, start_service, taken};
 
@@ -14,6 +15,11 @@ fn client() -> Client {
 async fn upload(server: &ServiceProcess, body: &str) -> Response {
     let url = format!("{}/v1/assets?filename=a.bvh", server.url);
     client().post(url).body(body.to_owned()).send().await.expect("an answer")
+}
+
+async fn upload_of(server: &ServiceProcess, name: &str, bytes: Vec<u8>) -> Value {
+    let url = format!("{}/v1/assets?filename={name}", server.url);
+    read(client().post(url).body(bytes).send().await.expect("an answer")).await
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -192,4 +198,83 @@ async fn the_documents_are_served_linked_and_searchable() {
     let problems = client.get(format!("{}/problems", server.url)).header("accept", "text/html").send();
     let problems = problems.await.expect("an answer").text().await.expect("a page");
     assert!(problems.contains("<tr id=\"queue_full\">"), "the type of a problem leads to its row");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn browsers_are_told_problems_on_a_page() {
+    const BROWSER: &str = "text/html,application/xhtml+xml,*/*;q=0.8";
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &[]);
+    let get = async |path: &str, accept: &str| {
+        let request = client().get(format!("{}{path}", server.url)).header("accept", accept);
+        request.send().await.expect("an answer")
+    };
+    let cases = [
+        ("/nothing", "there is no such route"),
+        ("/docs/nothing", "GET /docs lists"),
+        ("/v1/jobs/7", "GET /v1/jobs lists"),
+        ("/v1/presets/%3Cb%3E", "&lt;b&gt;"),
+    ];
+    for (path, told) in cases {
+        let answer = get(path, BROWSER).await;
+        let kind = (answer.status().as_u16(), header(&answer, "content-type"));
+        assert_eq!(kind, (404, "text/html; charset=utf-8"), "{path}");
+        assert!(header(&answer, "content-security-policy").contains("style-src 'self'"), "it may have its style");
+        let page = answer.text().await.expect("text");
+        assert!(page.contains("<nav>") && page.contains("/problems#not_found"), "{path}: {page}");
+        assert!(page.contains(told) && !page.contains("<b>"), "{path}: {page}");
+    }
+    problem(get("/nothing", "*/*").await, 404, "not_found").await;
+    let similar = problem(get("/v1/job", "*/*").await, 404, "not_found").await;
+    assert!(similar["hint"].as_str().is_some_and(|hint| hint.starts_with("did you mean /v1/jobs?")), "{similar}");
+}
+
+/// What is wrong with a config that stands in a JSON body is pointed to in the body.
+#[tokio::test(flavor = "multi_thread")]
+async fn pointers_lead_into_the_body_that_was_sent() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &[]);
+    let walk = json!({"asset": upload_of(&server, "walk.glb", samples::walk_clip()).await["id"]});
+    let hero = json!({"asset": upload_of(&server, "hero.glb", samples::mannequin()).await["id"]});
+    let body = json!({"source": walk, "target": hero, "config": {"alighn": "off"}});
+    for path in ["/v1/retarget", "/v1/edits", "/v1/mapping-suggestions", "/v1/config-checks"] {
+        let mut body = body.clone();
+        if path == "/v1/edits" {
+            body.as_object_mut().expect("an object").remove("target");
+        }
+        let request = client().post(format!("{}{path}", server.url)).json(&body).send();
+        let told = problem(request.await.expect("an answer"), 422, "unknown_field").await;
+        assert_eq!(told["errors"][0]["pointer"], "/config/alighn", "{path}: {told}");
+    }
+    let batch = json!({"items": [body], "validate_only": true});
+    let request = client().post(format!("{}/v1/batches", server.url)).json(&batch).send();
+    let told = read(request.await.expect("an answer")).await;
+    assert_eq!(told["bad_items"][0]["problem"]["errors"][0]["pointer"], "/items/0/config/alighn", "{told}");
+    let part = |bytes: Vec<u8>, name: &'static str| multipart::Part::bytes(bytes).file_name(name);
+    let parts = multipart::Form::new()
+        .part("source", part(samples::walk_clip(), "walk.glb"))
+        .part("target", part(samples::mannequin(), "hero.glb"))
+        .text("config", r#"{"alighn": "off"}"#);
+    let request = client().post(format!("{}/v1/retarget", server.url)).multipart(parts).send();
+    let told = problem(request.await.expect("an answer"), 422, "unknown_field").await;
+    assert_eq!((&told["part"], &told["errors"][0]["pointer"]), (&json!("config"), &json!("/alighn")), "of a part");
+}
+
+/// What the last look at a worker saw is nothing to tell of a job that has ended, however soon after its end it is looked at.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_job_that_has_ended_has_no_progress_and_is_called_after_its_files() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &[]);
+    let walk = upload_of(&server, "walk.glb", samples::walk_clip()).await;
+    let first = upload_of(&server, "m.glb", samples::mannequin()).await;
+    // The same bytes come again under another name, which counts from then on.
+    let again = upload_of(&server, "hero_v2.glb", samples::mannequin()).await;
+    assert_eq!((&again["id"], &again["file_name"]), (&first["id"], &json!("hero_v2.glb")), "{again}");
+    let body = json!({"source": {"asset": walk["id"]}, "target": {"asset": first["id"]}});
+    for _ in 0..8 {
+        let request = client().post(format!("{}/v1/jobs", server.url)).json(&body).header("cache-control", "no-cache");
+        let job = read(request.header("prefer", "wait=30").send().await.expect("an answer")).await;
+        assert!(job["state"] == "succeeded" && job["progress"].is_null(), "{job}");
+        assert_eq!(job["results"][0]["file_name"], "walk_on_hero_v2.glb", "{job}");
+    }
 }

@@ -146,9 +146,14 @@ async fn browsers_are_led_to_the_page_and_programs_are_not() {
     assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
 
     let server = start_service(data.path(), &["--studio", "off"]);
-    let told = get(&server, "/", BROWSER).await;
-    assert_eq!(told.status(), StatusCode::OK, "there is no page to be led to");
+    let led = get(&server, "/", BROWSER).await;
+    assert_eq!(
+        (led.status(), header(&led, "location")),
+        (StatusCode::TEMPORARY_REDIRECT, "/docs"),
+        "what pages there are"
+    );
+    let told = get(&server, "/", "*/*").await;
     assert!(told.json::<Value>().await.expect("JSON")["links"]["studio"].is_null());
-    problem(get(&server, "/studio/", BROWSER).await, 404, "not_found").await;
+    problem(get(&server, "/studio/", "*/*").await, 404, "not_found").await;
     assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
 }

@@ -51,6 +51,10 @@ async fn documents_have_versions_and_tags() {
         problem(put(&service, &path, &first, ("if-match", &tag)).await, 412, "precondition_failed").await;
         assert_eq!(read(service.get(&format!("{path}?version=1")).await).await, stored, "{kind}: the old one");
         problem(service.get(&format!("{path}?version=7")).await, 404, "not_found").await;
+        let other = service.client.get(service.at(&path)).header("if-match", &tag).send();
+        problem(other.await.expect("an answer"), 412, "precondition_failed").await;
+        let same = service.client.get(service.at(&path)).header("if-match", &new_tag).send();
+        assert_eq!(same.await.expect("an answer").status(), StatusCode::OK, "the version that is there");
         let known = service.client.get(service.at(&path)).header("if-none-match", &new_tag).send();
         assert_eq!(known.await.expect("an answer").status(), StatusCode::NOT_MODIFIED, "{kind}: the caller has it");
 

@@ -42,6 +42,20 @@ async fn assert_no_residue(data: &Path, what: &str) {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn http_2_is_spoken_without_tls_where_the_operator_says_so() {
+    /// How HTTP/2 begins, and a frame of settings with none in it.
+    const BEGINNING: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\x04\0\0\0\0\0";
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &["--http2", "on"]);
+    let mut stream = connect(&server).await;
+    stream.write_all(BEGINNING).await.expect("writes");
+    let mut frame = [0; 9];
+    let read = tokio::time::timeout(PATIENCE, stream.read_exact(&mut frame)).await.expect("an answer");
+    assert!(read.is_ok() && frame[3] == 4, "it answers with its settings: {frame:?}");
+    assert!(is_alive(&server).await, "and HTTP/1.1 is spoken on the same address");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn uploads_that_break_off_leave_nothing() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = start_service(data.path(), &["--upload-idle-timeout", "2s"]);

@@ -69,7 +69,7 @@ async fn configs_are_checked_with_files_and_without() {
     let wrong = json!({"config": {"algn": "off", "ops": [{"op": "fkk"}]}});
     let wrong = problem(post(&server, "/v1/config-checks", &wrong).await, 422, "unknown_field").await;
     assert_eq!(wrong["errors"][0]["did_you_mean"], json!(["align"]), "the nearest name: {wrong}");
-    assert_eq!(wrong["errors"][1]["pointer"], "/ops/0/op", "all at once: {wrong}");
+    assert_eq!(wrong["errors"][1]["pointer"], "/config/ops/0/op", "all at once: {wrong}");
     let half = json!({"config": {}, "source": {"asset": "ast_00000000000000000000000000"}});
     problem(post(&server, "/v1/config-checks", &half).await, 422, "missing_part").await;
     let gone = json!({"config": {}, "source": {"asset": "ast_00000000000000000000000000"},

@@ -220,7 +220,9 @@ async fn mistakes_over_http_are_told_with_a_hint() {
                     error["did_you_mean"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
                 let like =
                     if like.is_empty() { String::new() } else { format!(" (did you mean {}?)", like.join(", ")) };
-                format!("{}{like}", error["pointer"].as_str().unwrap_or_default())
+                let pointer =
+                    error["pointer"].as_str().filter(|pointer| !pointer.is_empty()).unwrap_or("the whole body");
+                format!("{pointer}{like}")
             })
             .collect();
         let mut lines =

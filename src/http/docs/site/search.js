@@ -4,6 +4,8 @@
   const input = document.getElementById("search");
   const list = document.getElementById("found");
   const MAX_FOUND = 12;
+  // On a narrow screen the list of pages would fill the whole of it before the text begins.
+  if (matchMedia("(max-width: 50rem)").matches) document.getElementById("pages").open = false;
   let index = null;
 
   const score = (section, words) => {
@@ -19,8 +21,11 @@
   };
 
   const excerpt = (text, word) => {
-    const at = Math.max(0, text.toLowerCase().indexOf(word) - 40);
-    return (at > 0 ? "… " : "") + text.slice(at, at + 110).trim() + " …";
+    const near = Math.max(0, text.toLowerCase().indexOf(word) - 40);
+    // Whole words at both ends.
+    const at = near > 0 ? text.indexOf(" ", near) + 1 : 0;
+    const end = text.indexOf(" ", at + 100);
+    return (at > 0 ? "… " : "") + (end < 0 ? text.slice(at) : text.slice(at, end) + " …").trim();
   };
 
   const show = (words) => {

@@ -127,8 +127,8 @@ struct DeliveriesQuery {
     /// Only deliveries in this state: `pending`, `delivered` or `failed`.
     state: Option<String>,
     /// Entries of the page; capped by the limit `page_items`.
-    #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
-    limit: Option<u32>,
+    #[param(value_type = Option<u32>, format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
+    limit: Option<String>,
     /// `next_cursor` of the previous page.
     cursor: Option<String>,
 }
@@ -152,7 +152,7 @@ async fn deliveries(
     })?;
     let made_with = query.state.unwrap_or_default();
     let before = page::read_cursor(query.cursor.as_deref(), &made_with, |text| DeliveryId::parse(text).ok())?;
-    let most = page::items(query.limit, settings.max_page_items)?;
+    let most = page::items(query.limit.as_deref(), settings.max_page_items)?;
     let found = webhooks.deliveries(&owner, &id, state, before.as_ref(), most).await?;
     let next_cursor = page::next_cursor(&found, &made_with, |delivery| delivery.id.to_string());
     let items = found.items.into_iter().map(DeliveryView::from).collect();
