@@ -4,11 +4,14 @@
 use std::sync::OnceLock;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::{
     retarget::{EditSpec, parse_by_schema, parse_document},
-    rig::{ClipChoice, RigSpec, SpecError, SpecErrorKind, SpecField},
+    rig::{
+        ClipChoice, RigSpec, SpecError, SpecErrorKind, SpecField,
+        deserialize::{OneOrSeveral, one_or_several},
+    },
 };
 
 use super::{Deformation, Manner, RetargetSpec, Rules, SceneSpec, ViewSection};
@@ -179,13 +182,22 @@ pub enum DrawnLayer {
 }
 
 /// One output or several.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected an output or a list of outputs")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(untagged)]
 pub enum DrawnOutputs {
     /// One.
     One(DrawnOutput),
     /// Several, at most 16.
     Many(Vec<DrawnOutput>),
+}
+
+impl<'de> Deserialize<'de> for DrawnOutputs {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(match one_or_several(deserializer, "an output or a list of outputs")? {
+            OneOrSeveral::One(output) => Self::One(output),
+            OneOrSeveral::Several(outputs) => Self::Many(outputs),
+        })
+    }
 }
 
 /// An output of a drawing.

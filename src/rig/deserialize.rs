@@ -1,6 +1,14 @@
 //! From a document to a type of ours, with errors in the words of users.
 
-use serde::de::DeserializeOwned;
+use std::{fmt, marker::PhantomData};
+
+use serde::{
+    Deserialize, Deserializer,
+    de::{
+        DeserializeOwned, MapAccess, SeqAccess, Visitor,
+        value::{MapAccessDeserializer, SeqAccessDeserializer},
+    },
+};
 use serde_json::Value;
 
 use super::error::{SpecError, SpecErrorKind, SpecField};
@@ -18,6 +26,40 @@ pub(crate) fn deserialize<T: DeserializeOwned>(document: &Value) -> Result<T, Sp
             SpecError::new(SpecErrorKind::InvalidValue, "a value is of the wrong type", String::new())
         })
     })
+}
+
+/// An object, or a list of objects of that kind.
+pub(crate) enum OneOrSeveral<T> {
+    One(T),
+    Several(Vec<T>),
+}
+
+/// Reads an object or a list of them. What is wrong inside of it is told, where an untagged enum only says that it is neither.
+///
+/// # Errors
+/// When it is neither, or an object has errors.
+pub(crate) fn one_or_several<'de, T, D>(deserializer: D, expected: &'static str) -> Result<OneOrSeveral<T>, D::Error>
+where
+    T: Deserialize<'de>,
+    D: Deserializer<'de>,
+{
+    struct Objects<T>(&'static str, PhantomData<T>);
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for Objects<T> {
+        type Value = OneOrSeveral<T>;
+
+        fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+            formatter.write_str(self.0)
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, fields: A) -> Result<Self::Value, A::Error> {
+            T::deserialize(MapAccessDeserializer::new(fields)).map(OneOrSeveral::One)
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, items: A) -> Result<Self::Value, A::Error> {
+            Vec::deserialize(SeqAccessDeserializer::new(items)).map(OneOrSeveral::Several)
+        }
+    }
+    deserializer.deserialize_any(Objects(expected, PhantomData))
 }
 
 /// The field inside an object that an error is about. Serde loses the way inside tagged objects (ops); the field is the one without

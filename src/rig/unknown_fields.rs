@@ -145,7 +145,8 @@ fn resolve<'a>(node: &'a Value, schema: &'a Value) -> &'a Value {
     }
 }
 
-/// Of several alternatives the one that the value is meant for: the one whose constant fields agree, else the first of its type.
+/// Of several alternatives, which may have alternatives themselves, the one that the value is meant for: the one whose constant fields
+/// agree, else the first of its type.
 fn choose<'a>(node: &'a Value, value: &Value, schema: &'a Value) -> &'a Value {
     let alternatives = ["oneOf", "anyOf"].iter().find_map(|key| node.get(key).and_then(Value::as_array));
     let Some(alternatives) = alternatives else { return node };
@@ -159,7 +160,8 @@ fn choose<'a>(node: &'a Value, value: &Value, schema: &'a Value) -> &'a Value {
             _ => false,
         }
     };
-    alternatives.iter().find(fits).map_or(node, |alternative| resolve(alternative, schema))
+    let chosen = |alternative: &'a Value| choose(resolve(alternative, schema), value, schema);
+    alternatives.iter().map(chosen).find(fits).unwrap_or(node)
 }
 
 fn constants_agree(node: &Value, fields: &Map<String, Value>, schema: &Value) -> bool {

@@ -1,18 +1,30 @@
 //! What comes out.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::picture::View;
+use crate::{
+    picture::View,
+    rig::deserialize::{OneOrSeveral, one_or_several},
+};
 
 /// One output or several.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected an output or a list of outputs")]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
 pub enum OutputChoice {
     /// One.
     One(OutputSpec),
     /// Several; at most 8.
     Many(Vec<OutputSpec>),
+}
+
+impl<'de> Deserialize<'de> for OutputChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(match one_or_several(deserializer, "an output or a list of outputs")? {
+            OneOrSeveral::One(output) => Self::One(output),
+            OneOrSeveral::Several(outputs) => Self::Many(outputs),
+        })
+    }
 }
 
 /// One output.

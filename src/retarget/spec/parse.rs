@@ -243,6 +243,23 @@ mod tests {
         assert_eq!(field.pointer, "/ops/0/scale", "the field is one of another op");
     }
 
+    /// An output may come alone or in a list; what is wrong inside of it is told all the same.
+    #[test]
+    fn what_is_wrong_in_an_output_is_named_with_its_place() {
+        for (text, place) in [
+            (r#"{"output": {"view": {"at": 0}}}"#, "/output/view/at"),
+            (r#"{"output": [{"view": {"at": 0}}]}"#, "/output/0/view/at"),
+            (r#"{"output": {"view": {"style": "bothx"}}}"#, "/output/view/style"),
+            (r#"{"output": [{}, {"view": {"size": "big"}}]}"#, "/output/1/view/size"),
+        ] {
+            assert_eq!(first_field(text).pointer, place, "{text}");
+        }
+        let field = first_field(r#"{"output": {"view": {"style": "bothx"}}}"#);
+        assert!(field.did_you_mean.iter().any(|word| word == "both"), "{field:?}");
+        let field = first_field(r#"{"output": 3}"#);
+        assert!(field.detail.contains("an output or a list of outputs"), "{}", field.detail);
+    }
+
     #[test]
     fn words_of_yaml_stay_words() {
         let spec = parse_spec(b"align: off\nstrict: true\n").expect("a spec");
