@@ -6,7 +6,7 @@ use jiff::Timestamp;
 use tokio::time::Instant;
 
 use super::Jobs;
-use crate::{config::Period, telemetry::Metric};
+use crate::{config::Period, store::PoolUse, telemetry::Metric};
 
 /// How often to look for what crashes left.
 const LOOK_FOR_LEFTOVERS: Duration = Duration::from_secs(3600);
@@ -73,6 +73,12 @@ impl Jobs {
     pub async fn observe_queue(&self) {
         if let Some(bytes) = self.0.store.blobs().free_bytes() {
             Metric::FreeDisk.set([], bytes as f64);
+        }
+        for PoolUse { pool, in_use, idle } in self.0.store.records().connections() {
+            for (state, count) in [("in_use", in_use), ("idle", idle)] {
+                let labels = [("pool", pool.to_owned()), ("state", state.to_owned())];
+                Metric::DatabaseConnections.set(labels, count as f64);
+            }
         }
         if let Err(error) = self.0.admission.observe(self.0.store.records(), self.0.clock.now()).await {
             tracing::error!(%error, "the queue could not be counted");

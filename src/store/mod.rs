@@ -28,8 +28,8 @@ pub use records::{
     DeliveryState, DisabledReason, DocumentBounds, DocumentChange, DocumentHead, DocumentKind, DocumentRecord, Ended,
     EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure,
     JobFilter, JobInput, JobKind, JobRecord, JobRequest, JobState, JobTask, JobVerdict, Judgment, Lane, Listener,
-    Moment, NewDocument, Notice, OnError, Page, Precondition, QueueDepth, RecordCounts, Records, ResultRecord, Scope,
-    StoppedBatch, StoredFieldError, StoredProgress, VersionedName, Wanted, WebhookRecord,
+    Moment, NewDocument, Notice, OnError, Page, PoolUse, Precondition, QueueDepth, RecordCounts, Records, ResultRecord,
+    Scope, StoppedBatch, StoredFieldError, StoredProgress, VersionedName, Wanted, WebhookRecord,
 };
 
 use std::{collections::BTreeSet, fmt::Write as _, sync::Arc};

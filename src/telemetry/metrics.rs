@@ -78,6 +78,7 @@ metrics_table! {
     WebhookDeliveries = "retargetd_webhook_deliveries_total", Counter, ["result"], "Attempts to tell webhooks what happened";
     OutboundBlocked = "retargetd_outbound_blocked_total", Counter, ["reason"], "URLs of callers that lead where the service does not go";
     FreeDisk = "retargetd_free_disk_bytes", Gauge, [], "Bytes that are free on the disk of the data folder";
+    DatabaseConnections = "retargetd_database_connections", Gauge, ["pool", "state"], "Open connections to the database, by what they are for, in use or idle";
     BuildInfo = "retargetd_build_info", Gauge, ["version"], "Always one";
 }
 
@@ -232,6 +233,7 @@ mod tests {
             "retargetd_webhook_deliveries_total{result}",
             "retargetd_outbound_blocked_total{reason}",
             "retargetd_free_disk_bytes{}",
+            "retargetd_database_connections{pool,state}",
             "retargetd_build_info{version}",
         ];
         assert_eq!(seen, expected, "dashboards depend on these names");

@@ -54,6 +54,17 @@ pub struct Records {
     faults: Option<Arc<dyn Faults>>,
 }
 
+/// How many connections of a pool there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PoolUse {
+    /// What they are for.
+    pub pool: &'static str,
+    /// Those that somebody holds.
+    pub in_use: usize,
+    /// Those that wait for somebody.
+    pub idle: usize,
+}
+
 impl Records {
     /// Opens a database file, makes it where it is not there, and brings it up to date.
     ///
@@ -140,6 +151,21 @@ impl Records {
     #[must_use]
     pub fn with_faults(self, faults: Arc<dyn Faults>) -> Self {
         Self { faults: Some(faults), ..self }
+    }
+
+    /// The connections that are open, by what they are for. Pools that are one on a database are listed once.
+    #[must_use]
+    pub fn connections(&self) -> Vec<PoolUse> {
+        let of_database = match self.dialect {
+            Dialect::Sqlite => [("reads", &self.readers), ("writes", &self.writers)],
+            Dialect::Postgres => [("queries", &self.readers), ("lists", &self.listers)],
+        };
+        let pools = of_database.into_iter().chain([("locks", &self.gate_pool), ("leases", &self.keepers)]);
+        let used = |(pool, connections): (&'static str, &AnyPool)| {
+            let (open, idle) = (connections.size() as usize, connections.num_idle());
+            PoolUse { pool, in_use: open.saturating_sub(idle), idle }
+        };
+        pools.map(used).collect()
     }
 
     /// Whether other processes may be at work on the same records.

@@ -34,8 +34,8 @@ use dialect::Dialect;
 
 pub use api_keys::{ApiKeyRecord, Scope};
 pub use batch_record::{AddedAgain, AddedBatch, BatchProgress, BatchRecord, OnError, StoppedBatch};
-pub use database::Records;
 pub(in crate::store) use database::{BlobLocks, Lock};
+pub use database::{PoolUse, Records};
 pub use deliveries::{AfterAttempt, AttemptEnd, DeliveryClaim, DeliveryEvent, DeliveryRecord, DeliveryState};
 pub use documents::{
     DocumentBounds, DocumentChange, DocumentHead, DocumentKind, DocumentRecord, NewDocument, Precondition,

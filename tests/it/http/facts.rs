@@ -72,6 +72,10 @@ async fn metrics_are_text_that_prometheus_reads() {
     for name in ["retargetd_jobs_submitted_total 0", "retargetd_engine_processes_lost_total 0", "process_open_fds "] {
         assert!(text.contains(name.split(' ').next().unwrap_or(name)), "'{name}' is there from the start: {text}");
     }
+    for pool in ["reads", "writes", "locks", "leases"] {
+        let in_use = format!("retargetd_database_connections{{pool=\"{pool}\",state=\"in_use\"}}");
+        assert!(text.contains(&in_use), "connections of '{pool}' are counted: {text}");
+    }
     service.stop().await;
 }
 
