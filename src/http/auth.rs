@@ -45,8 +45,14 @@ const STREAMS: [&str; 3] = ["/v1/events", "/v1/jobs/{id}/events", "/v1/batches/{
 /// What a route asks for; nothing where everybody may come in: what is the same for all, and holds nothing of anybody.
 #[must_use]
 pub(super) fn needed_scope(method: &Method, route: &str) -> Option<Scope> {
-    const OPEN: [&str; 5] =
-        ["/v1/formats", "/v1/limits", "/v1/findings", "/v1/schemas/retarget-spec", "/v1/schemas/rig-template"];
+    const OPEN: [&str; 6] = [
+        "/v1/formats",
+        "/v1/limits",
+        "/v1/findings",
+        "/v1/schemas/retarget-spec",
+        "/v1/schemas/draw-spec",
+        "/v1/schemas/rig-template",
+    ];
     // Whoever may look may ask for a token to look with.
     if route == STREAM_TOKENS {
         return Some(Scope::Read);

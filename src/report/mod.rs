@@ -9,6 +9,6 @@ mod page;
 mod proposal;
 
 pub use batch::batch_page;
-pub use edits::edits_page;
+pub use edits::edits_article;
 pub use joint_table::JointTable;
 pub use page::{Illustration, report_page};

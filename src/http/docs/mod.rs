@@ -28,7 +28,7 @@ use super::{
     problem::{Problem, ProblemView},
     resources,
 };
-use crate::{engine::nearest, report::edits_page, samples::walk_scene};
+use crate::{engine::nearest, report::edits_article, samples::walk_scene};
 
 /// Pages of the documentation run its own scripts and nobody else's.
 pub(super) const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
@@ -162,11 +162,8 @@ fn text(media_type: &str, text: &'static str) -> Response {
 /// What every edit does to a walk, in curves.
 async fn edits() -> Response {
     static PAGE: OnceLock<Option<String>> = OnceLock::new();
-    // The page stands by itself in files; here it leads back.
-    let linked = |page: String| {
-        page.replacen("<h1>Edits</h1>", "<p><a href=\"/docs\">retargetd</a> · <a href=\"/docs/guide/editing\">Guide</a></p>\n<h1>What edits do</h1>", 1)
-    };
-    match PAGE.get_or_init(|| edits_page(&walk_scene()).ok().map(linked)) {
+    let made = || edits_article(&walk_scene()).ok().map(|article| Site::get().page_around("What edits do", &article));
+    match PAGE.get_or_init(made) {
         Some(page) => Html(page.as_str()).into_response(),
         None => Problem::new(Code::Internal, "the page of edits could not be made").into_response(),
     }

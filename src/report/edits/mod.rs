@@ -1,4 +1,4 @@
-//! What every edit does, as one HTML page: for each a config, and a curve of the motion before and after it. Made from a clip by the
+//! What every edit does, as the body of an HTML page: for each a config, and a curve of the motion before and after it. Made from a clip by the
 //! edits themselves, so it shows what they do and not what somebody once drew.
 
 mod entries;
@@ -14,28 +14,23 @@ use crate::{
 };
 
 use self::entries::{ENTRIES, Entry, left_thigh, only};
-use super::page::{Escaped, Line, STYLE, line_plot};
+use super::page::{Escaped, Line, line_plot};
 
-/// The page. `walk` is a scene with a clip of a body that walks: [`crate::samples::walk_scene`].
+/// What is in the page, for a frame around it. `walk` is a scene with a clip of a body that walks: [`crate::samples::walk_scene`]. The text
+/// in its figures has no color of its own.
 ///
 /// # Errors
 /// When the scene has no such clip.
-pub fn edits_page(walk: &Scene) -> Result<String, Failure> {
-    let mut page = String::with_capacity(256 << 10);
-    page.push_str("<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
-    page.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
-    page.push_str("<meta name=\"color-scheme\" content=\"light dark\">\n<title>Edits</title>\n<style>\n");
-    page.push_str(STYLE);
-    page.push_str("</style>\n</head>\n<body>\n<main>\n<header>\n<h1>Edits</h1>\n");
-    page.push_str(
+pub fn edits_article(walk: &Scene) -> Result<String, Failure> {
+    let mut article = String::with_capacity(256 << 10);
+    article.push_str("<h1>What edits do</h1>\n");
+    article.push_str(
         "<p>Each figure is a curve of one walk, before (blue) and after (orange) the edit in its config.</p>\n",
     );
-    page.push_str("</header>\n");
     for entry in &ENTRIES {
-        section(&mut page, walk, entry)?;
+        section(&mut article, walk, entry)?;
     }
-    page.push_str("</main>\n</body>\n</html>\n");
-    Ok(page)
+    Ok(article)
 }
 
 fn section(page: &mut String, walk: &Scene, entry: &Entry) -> Result<(), Failure> {

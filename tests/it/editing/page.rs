@@ -1,11 +1,11 @@
 //! The page that shows what every edit does.
 
-use retargetd::{report::edits_page, retarget::spec_schema, samples};
+use retargetd::{report::edits_article, retarget::spec_schema, samples};
 
 #[test]
 fn every_edit_has_a_figure() {
-    let page = edits_page(&samples::walk_scene()).expect("a page");
-    assert_eq!(page, edits_page(&samples::walk_scene()).expect("a page"), "the same every time");
+    let page = edits_article(&samples::walk_scene()).expect("a page");
+    assert_eq!(page, edits_article(&samples::walk_scene()).expect("a page"), "the same every time");
     let schema = spec_schema();
     let edits = schema["$defs"]["EditSpec"]["properties"].as_object().expect("the fields of 'edit'");
     assert!(edits.len() > 12, "the edits are there: {edits:?}");

@@ -58,6 +58,7 @@ async fn nobody_comes_in_without_a_key_but_where_everybody_may() {
         "GET /v1/findings",
         "GET /v1/formats",
         "GET /v1/limits",
+        "GET /v1/schemas/draw-spec",
         "GET /v1/schemas/retarget-spec",
         "GET /v1/schemas/rig-template",
         "GET /version",

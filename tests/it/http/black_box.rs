@@ -165,6 +165,7 @@ async fn the_docs_load_nothing_from_elsewhere() {
     }
     let edits = get("/docs/edits").await.expect("an answer").text().await.expect("a page");
     assert!(edits.contains("<svg") && !edits.contains("https://"), "edits are drawn, with nothing from elsewhere");
+    assert!(edits.contains("<nav>") && edits.contains("/docs/guide/editing"), "and lead to the other pages");
     let script = get("/docs/api/swagger-initializer.js").await.expect("an answer").text().await.expect("a script");
     assert!(script.contains("/openapi.json") && !script.contains("https://"), "it shows our document: {script}");
 }
