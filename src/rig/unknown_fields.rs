@@ -145,23 +145,30 @@ fn resolve<'a>(node: &'a Value, schema: &'a Value) -> &'a Value {
     }
 }
 
-/// Of several alternatives, which may have alternatives themselves, the one that the value is meant for: the one whose constant fields
-/// agree, else the first of its type.
+/// Of several alternatives, which may have alternatives themselves, the one that the value is meant for: of those whose constant fields
+/// agree the first that has the most of its fields, else the first of its type.
 fn choose<'a>(node: &'a Value, value: &Value, schema: &'a Value) -> &'a Value {
     let alternatives = ["oneOf", "anyOf"].iter().find_map(|key| node.get(key).and_then(Value::as_array));
     let Some(alternatives) = alternatives else { return node };
-    let fits = |alternative: &&'a Value| {
-        let alternative = resolve(alternative, schema);
-        let is_object = !properties(alternative, schema).is_empty();
+    let unknown = |alternative: &'a Value| -> Option<usize> {
+        let known = properties(alternative, schema);
         let kind = alternative.get("type").and_then(Value::as_str);
         match value {
-            Value::Object(fields) => is_object && constants_agree(alternative, fields, schema),
-            Value::Array(_) => kind == Some("array"),
-            _ => false,
+            Value::Object(fields) => {
+                let is_meant = !known.is_empty() && constants_agree(alternative, fields, schema);
+                let is_unknown = |name: &&String| !known.iter().any(|(known, _)| known == name);
+                is_meant.then(|| fields.keys().filter(is_unknown).count())
+            }
+            Value::Array(_) => (kind == Some("array")).then_some(0),
+            _ => None,
         }
     };
-    let chosen = |alternative: &'a Value| choose(resolve(alternative, schema), value, schema);
-    alternatives.iter().map(chosen).find(fits).unwrap_or(node)
+    let chosen = alternatives.iter().filter_map(|alternative| {
+        let alternative = choose(resolve(alternative, schema), value, schema);
+        Some((unknown(alternative)?, alternative))
+    });
+    // `min_by_key` gives the first of equals.
+    chosen.min_by_key(|(unknown, _)| *unknown).map_or(node, |(_, alternative)| alternative)
 }
 
 fn constants_agree(node: &Value, fields: &Map<String, Value>, schema: &Value) -> bool {
