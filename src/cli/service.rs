@@ -50,7 +50,7 @@ impl clap::FromArgMatches for Arguments {
 }
 
 /// Settings of requests, which a process without an API has no use for.
-const OF_REQUESTS: [&str; 44] = [
+const OF_REQUESTS: [&str; 26] = [
     "listen",
     "authentication",
     "token_issuer",
@@ -77,6 +77,11 @@ const OF_REQUESTS: [&str; 44] = [
     "max_concurrent_requests",
     "max_principal_requests",
     "upload_timeout",
+];
+
+/// Bounds of requests and of what they leave behind. A worker has no use for them either, but processes of both kinds are often started with
+/// the same bounds, so they are only left out of its help.
+const BOUNDS_OF_REQUESTS: [&str; 18] = [
     "upload_idle_timeout",
     "studio",
     "max_request_bytes",
@@ -105,7 +110,8 @@ pub(super) struct WorkerArguments(pub(super) Arguments);
 impl clap::Args for WorkerArguments {
     fn augment_args(command: Command) -> Command {
         let command = Arguments::augment_args(command);
-        OF_REQUESTS.into_iter().fold(command, |command, name| command.mut_arg(name, |argument| argument.hide(true)))
+        let hidden = OF_REQUESTS.into_iter().chain(BOUNDS_OF_REQUESTS);
+        hidden.fold(command, |command, name| command.mut_arg(name, |argument| argument.hide(true)))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -220,7 +226,7 @@ mod tests {
     fn what_only_requests_need_is_a_setting_and_not_a_workers() {
         use clap::{Args as _, FromArgMatches as _};
 
-        for name in OF_REQUESTS {
+        for name in OF_REQUESTS.into_iter().chain(BOUNDS_OF_REQUESTS) {
             assert!(Settings::TABLE.iter().any(|setting| setting.name == name), "{name} is a setting");
         }
         let read = |words: &[&str]| {
@@ -230,6 +236,7 @@ mod tests {
                 .map_err(|error| error.to_string())
         };
         assert!(read(&["worker", "--workers", "2"]).is_ok(), "what it does");
+        assert!(read(&["worker", "--max-queued-jobs", "9"]).is_ok(), "bounds that serve is started with, too");
         assert!(
             read(&["worker", "--listen", "0.0.0.0:1"]).is_err_and(|error| error.contains("--listen does nothing")),
             "what it does not"
