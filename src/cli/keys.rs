@@ -174,8 +174,7 @@ fn principal(text: &str) -> Result<Principal, String> {
 }
 
 fn note(text: &str) -> Result<String, String> {
-    let refused = || format!("a note is one line of up to {} letters", NewKey::MAX_NOTE);
-    NewKey::is_note(text).then(|| text.to_owned()).ok_or_else(refused)
+    NewKey::check_note(text).map(|()| text.to_owned())
 }
 
 fn scope(text: &str) -> Result<Scope, String> {

@@ -1,6 +1,6 @@
 //! The joints of a drawing, in pixels.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     DrawingError,
@@ -28,14 +28,14 @@ pub struct CharacterSpec {
 }
 
 /// A joint of a drawing.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct JointSpec {
-    /// In pixels from the left and from the top.
-    pub loc: [f64; 2],
     /// Its name.
     pub name: String,
     /// The joint that it hangs on; the root has none.
     pub parent: Option<String>,
+    /// In pixels from the left and from the top.
+    pub loc: [f64; 2],
 }
 
 impl CharacterSpec {

@@ -8,10 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::{
     retarget::{EditSpec, parse_by_schema, parse_document},
-    rig::{
-        ClipChoice, RigSpec, SpecError, SpecErrorKind, SpecField,
-        deserialize::{OneOrSeveral, one_or_several},
-    },
+    rig::{ClipChoice, RigSpec, SpecError, SpecErrorKind, SpecField, deserialize::one_or_several},
 };
 
 use super::{Deformation, Manner, RetargetSpec, Rules, SceneSpec, ViewSection};
@@ -193,10 +190,7 @@ pub enum DrawnOutputs {
 
 impl<'de> Deserialize<'de> for DrawnOutputs {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(match one_or_several(deserializer, "an output or a list of outputs")? {
-            OneOrSeveral::One(output) => Self::One(output),
-            OneOrSeveral::Several(outputs) => Self::Many(outputs),
-        })
+        one_or_several(deserializer, "an output or a list of outputs", Self::One, Self::Many)
     }
 }
 

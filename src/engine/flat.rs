@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::{
-    drawing::{CharacterSpec, PlanarRig, joints_outside, mask_parts},
+    drawing::{CharacterSpec, JointSpec, PlanarRig, joints_outside, mask_parts},
     formats::{Format, Limits, is_picture, sniff},
     model::Control,
     picture::{Picture, read_picture},
@@ -47,18 +47,7 @@ pub struct DrawingFacts {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub annotated: Option<&'static str>,
     /// Where its joints are, each after its parent.
-    pub joints: Vec<JointOnPaper>,
-}
-
-/// A joint of a drawing, where it is drawn.
-#[derive(Clone, Debug, Serialize)]
-pub struct JointOnPaper {
-    /// Its name.
-    pub name: String,
-    /// The joint that it hangs on; the root has none.
-    pub parent: Option<String>,
-    /// In pixels of the texture from its left and its top.
-    pub loc: [f64; 2],
+    pub joints: Vec<JointSpec>,
 }
 
 /// A drawing that was looked at.
@@ -132,12 +121,9 @@ pub(super) fn look_at(file: NamedBytes<'_>, limits: &Limits, control: &Control) 
 }
 
 /// The joints of a character config in the order of the rig.
-fn joints_of(spec: &CharacterSpec, rig: &PlanarRig) -> Vec<JointOnPaper> {
+fn joints_of(spec: &CharacterSpec, rig: &PlanarRig) -> Vec<JointSpec> {
     let of_name = |name: &String| spec.skeleton.iter().find(|joint| joint.name == *name);
-    let joints = rig.joint_names.iter().filter_map(of_name);
-    joints
-        .map(|joint| JointOnPaper { name: joint.name.clone(), parent: joint.parent.clone(), loc: joint.loc })
-        .collect()
+    rig.joint_names.iter().filter_map(of_name).cloned().collect()
 }
 
 fn picture(bytes: &[u8], name: &str) -> Result<Picture, Failure> {

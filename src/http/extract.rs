@@ -37,8 +37,9 @@ pub(super) trait PathId: Sized {
     /// What is told of a text that is none.
     fn not_one(text: &str) -> Problem {
         let shown: String = text.chars().take(64).collect();
-        let detail = format!("'{shown}' is not the id of a {}; one looks like {}01j9…", Self::KIND, Self::START);
-        let detail = detail.replace("of a asset", "of an asset");
+        let article = if Self::KIND.starts_with('a') { "an" } else { "a" };
+        let detail =
+            format!("'{shown}' is not the id of {article} {}; one looks like {}01j9…", Self::KIND, Self::START);
         Problem::new(Code::NotFound, detail).with_hint(where_listed(Self::KIND))
     }
 }

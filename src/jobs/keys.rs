@@ -63,10 +63,13 @@ impl NewKey {
     /// Letters that a note has at most.
     pub const MAX_NOTE: usize = 200;
 
-    /// Whether a note is one line of no more letters than that.
-    #[must_use]
-    pub fn is_note(text: &str) -> bool {
-        text.chars().count() <= Self::MAX_NOTE && !text.chars().any(char::is_control)
+    /// Sees to it that a note is one line of no more letters than that.
+    ///
+    /// # Errors
+    /// What a note is, where this is none.
+    pub fn check_note(text: &str) -> Result<(), String> {
+        let is_note = text.chars().count() <= Self::MAX_NOTE && !text.chars().any(char::is_control);
+        is_note.then_some(()).ok_or_else(|| format!("a note is one line of up to {} letters", Self::MAX_NOTE))
     }
 }
 

@@ -11,4 +11,5 @@ mod proposal;
 pub use batch::batch_page;
 pub use edits::edits_article;
 pub use joint_table::JointTable;
+pub(crate) use page::Escaped;
 pub use page::{Illustration, report_page};

@@ -1,6 +1,6 @@
 //! From a document to a type of ours, with errors in the words of users.
 
-use std::{fmt, marker::PhantomData};
+use std::fmt;
 
 use serde::{
     Deserialize, Deserializer,
@@ -28,38 +28,42 @@ pub(crate) fn deserialize<T: DeserializeOwned>(document: &Value) -> Result<T, Sp
     })
 }
 
-/// An object, or a list of objects of that kind.
-pub(crate) enum OneOrSeveral<T> {
-    One(T),
-    Several(Vec<T>),
-}
-
-/// Reads an object or a list of them. What is wrong inside of it is told, where an untagged enum only says that it is neither.
+/// Reads an object or a list of them, each made into what holds both. What is wrong inside of it is told, where an untagged enum only
+/// says that it is neither.
 ///
 /// # Errors
 /// When it is neither, or an object has errors.
-pub(crate) fn one_or_several<'de, T, D>(deserializer: D, expected: &'static str) -> Result<OneOrSeveral<T>, D::Error>
+pub(crate) fn one_or_several<'de, T, U, D>(
+    deserializer: D,
+    expected: &'static str,
+    one: fn(T) -> U,
+    several: fn(Vec<T>) -> U,
+) -> Result<U, D::Error>
 where
     T: Deserialize<'de>,
     D: Deserializer<'de>,
 {
-    struct Objects<T>(&'static str, PhantomData<T>);
-    impl<'de, T: Deserialize<'de>> Visitor<'de> for Objects<T> {
-        type Value = OneOrSeveral<T>;
+    struct Objects<T, U> {
+        expected: &'static str,
+        one: fn(T) -> U,
+        several: fn(Vec<T>) -> U,
+    }
+    impl<'de, T: Deserialize<'de>, U> Visitor<'de> for Objects<T, U> {
+        type Value = U;
 
         fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-            formatter.write_str(self.0)
+            formatter.write_str(self.expected)
         }
 
-        fn visit_map<A: MapAccess<'de>>(self, fields: A) -> Result<Self::Value, A::Error> {
-            T::deserialize(MapAccessDeserializer::new(fields)).map(OneOrSeveral::One)
+        fn visit_map<A: MapAccess<'de>>(self, fields: A) -> Result<U, A::Error> {
+            T::deserialize(MapAccessDeserializer::new(fields)).map(self.one)
         }
 
-        fn visit_seq<A: SeqAccess<'de>>(self, items: A) -> Result<Self::Value, A::Error> {
-            Vec::deserialize(SeqAccessDeserializer::new(items)).map(OneOrSeveral::Several)
+        fn visit_seq<A: SeqAccess<'de>>(self, items: A) -> Result<U, A::Error> {
+            Vec::deserialize(SeqAccessDeserializer::new(items)).map(self.several)
         }
     }
-    deserializer.deserialize_any(Objects(expected, PhantomData))
+    deserializer.deserialize_any(Objects { expected, one, several })
 }
 
 /// The field inside an object that an error is about. Serde loses the way inside tagged objects (ops); the field is the one without

@@ -35,11 +35,6 @@ pub(super) fn render(markdown: &str, link: impl Fn(&str) -> String) -> Rendered 
     Rendered { title, html: scrolling_tables(&html), sections }
 }
 
-/// Text that is to stand in a page as it is.
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 /// Gives every heading its anchor, and returns the sections that they begin.
 fn name_headings(events: &mut [Event<'_>]) -> Vec<Section> {
     let mut sections: Vec<Section> = Vec::new();

@@ -25,10 +25,14 @@ use super::{
     code::{Code, problems_page},
     json_text,
     negotiate::prefers_page,
-    problem::{Problem, ProblemView},
+    problem::{Problem, ProblemError, ProblemView},
     resources,
 };
-use crate::{engine::nearest, report::edits_article, samples::walk_scene};
+use crate::{
+    engine::nearest,
+    report::{Escaped, edits_article},
+    samples::walk_scene,
+};
 
 /// Pages of the documentation run its own scripts and nobody else's.
 pub(super) const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
@@ -182,23 +186,22 @@ async fn problems(headers: HeaderMap) -> Response {
 
 /// A problem as a page for people, in the frame of the documents.
 pub(super) fn problem_page(problem: &ProblemView) -> String {
-    let escaped = markdown::escaped;
     let mut body = format!(
         "<h1>{}</h1><p class=\"status\">{} <code>{}</code></p>",
-        escaped(problem.title),
+        Escaped(problem.title),
         problem.status,
         problem.code
     );
-    body.push_str(&format!("<p>{}</p>", escaped(&problem.detail)));
+    body.push_str(&format!("<p>{}</p>", Escaped(&problem.detail)));
     if !problem.hint.is_empty() {
-        body.push_str(&format!("<p class=\"hint\">{}</p>", escaped(&problem.hint)));
+        body.push_str(&format!("<p class=\"hint\">{}</p>", Escaped(&problem.hint)));
     }
-    let errors = problem.errors.iter();
-    let errors: String = errors
-        .map(|error| format!("<li><code>{}</code> {}</li>", escaped(&error.pointer), escaped(&error.detail)))
-        .collect();
+    // One thing that is wrong is told by the detail.
     if problem.errors.len() > 1 {
-        body.push_str(&format!("<ul>{errors}</ul>"));
+        let item = |error: &ProblemError| {
+            format!("<li><code>{}</code> {}</li>", Escaped(&error.pointer), Escaped(&error.detail))
+        };
+        body.push_str(&format!("<ul>{}</ul>", problem.errors.iter().map(item).collect::<String>()));
     }
     body.push_str(&format!(
         "<p><a href=\"{}\">What this problem means</a> · <a href=\"/docs\">Documents</a></p>",
@@ -206,8 +209,8 @@ pub(super) fn problem_page(problem: &ProblemView) -> String {
     ));
     body.push_str(&format!(
         "<p class=\"faint\"><code>{}</code>, request {}</p>",
-        escaped(&problem.instance),
-        escaped(&problem.request_id)
+        Escaped(&problem.instance),
+        Escaped(&problem.request_id)
     ));
     Site::get().page_around(problem.title, &body)
 }

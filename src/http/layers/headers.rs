@@ -11,6 +11,7 @@ use crate::http::docs::PAGE_POLICY;
 
 /// The API serves no pages, so nothing may run.
 const API_POLICY: HeaderValue = HeaderValue::from_static("default-src 'none'; frame-ancestors 'none'; sandbox");
+
 pub(super) async fn add_security_headers(request: Request, next: Next) -> Response {
     let is_docs = ["/docs", "/problems"].iter().any(|path| request.uri().path().starts_with(path));
     let mut response = next.run(request).await;

@@ -150,10 +150,7 @@ impl NewKeyBody {
             return Err(invalid(detail, "/lifetime_seconds".to_owned()));
         }
         let note = self.note.trim();
-        if !NewKey::is_note(note) {
-            let detail = format!("a note is one line of up to {} letters", NewKey::MAX_NOTE);
-            return Err(invalid(detail, "/note".to_owned()));
-        }
+        NewKey::check_note(note).map_err(|detail| invalid(detail, "/note".to_owned()))?;
         let scopes = if scopes.is_empty() { vec![Scope::Read, Scope::Write] } else { scopes };
         let lifetime = self.lifetime_seconds.map(Duration::from_secs);
         Ok(NewKey { principal, scopes, lifetime, note: note.to_owned() })

@@ -13,10 +13,8 @@ mod tests;
 use base64::{Engine as _, prelude::BASE64_STANDARD};
 use serde_json::Value;
 
-pub(super) use self::{
-    plots::{Line, line_plot},
-    text::Escaped,
-};
+pub(super) use self::plots::{Line, line_plot};
+pub(crate) use self::text::Escaped;
 
 use self::text::number;
 use crate::retarget::Measures;

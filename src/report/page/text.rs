@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use crate::retarget::Verdict;
 
 /// Text of a file or a user, with everything that HTML would take for its own made harmless.
-pub(in crate::report) struct Escaped<'a>(pub(in crate::report) &'a str);
+pub(crate) struct Escaped<'a>(pub(crate) &'a str);
 
 impl fmt::Display for Escaped<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -3,10 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::{
-    picture::View,
-    rig::deserialize::{OneOrSeveral, one_or_several},
-};
+use crate::{picture::View, rig::deserialize::one_or_several};
 
 /// One output or several.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -20,10 +17,7 @@ pub enum OutputChoice {
 
 impl<'de> Deserialize<'de> for OutputChoice {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(match one_or_several(deserializer, "an output or a list of outputs")? {
-            OneOrSeveral::One(output) => Self::One(output),
-            OneOrSeveral::Several(outputs) => Self::Many(outputs),
-        })
+        one_or_several(deserializer, "an output or a list of outputs", Self::One, Self::Many)
     }
 }
 
