@@ -11,14 +11,23 @@ use crate::{
     http::{self, ApiState, HeavyRequests, Server, ServerSettings, Shares, Turns},
     identity::Tokens,
     jobs::{
-        Assets, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, WebhookDispatcher, Webhooks,
-        Workers,
+        Assets, BuiltInAsset, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, WebhookDispatcher,
+        Webhooks, Workers,
     },
     outbound::Outbound,
     retarget,
+    samples::Sample,
     store::{BlobPlace, Blobs, DataFolder, Records, Store},
     telemetry::{self, Clock, Metrics},
 };
+
+/// The samples, which every caller has; the API's examples name them by their numbers.
+static BUILT_IN_ASSETS: [BuiltInAsset; 3] = [built_in(1), built_in(2), built_in(3)];
+
+const fn built_in(number: u8) -> BuiltInAsset {
+    let Sample { name, make, .. } = Sample::ALL[number as usize - 1];
+    BuiltInAsset { number, file_name: name, bytes: make }
+}
 
 /// A service that runs.
 #[derive(Debug)]
@@ -202,7 +211,7 @@ impl Core {
         }
         let keys = Keys::new(store.records().clone(), clock.clone());
         let outbound = Outbound::new(settings, clock.clone());
-        let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(settings), clock);
+        let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(settings), clock, &BUILT_IN_ASSETS);
         let waiting = jobs.recover().await?;
         tracing::info!(waiting, "the queue is there");
         Ok(Self { store, jobs, keys, outbound, folder })

@@ -7,7 +7,7 @@ use std::{
 
 use serde_json::json;
 
-use crate::samples;
+use crate::samples::Sample;
 
 use super::{
     exit::{Exit, FAILED, print, report},
@@ -34,25 +34,16 @@ fn write(folder: &Path) -> Result<(), Exit> {
     std::fs::create_dir_all(folder).map_err(|error| {
         Exit::new(FAILED, format!("output {}: the folder cannot be made: {error}", folder.display()), "")
     })?;
-    let files = [
-        ("walk.glb", samples::walk_clip(), "a walk on a skeleton with Mixamo's joint names, T pose"),
-        ("mannequin.glb", samples::mannequin(), "a skinned mannequin with Unreal 5 joint names, A pose"),
-        (
-            "drawing.zip",
-            samples::drawing(),
-            "a drawn child with the joints of Animated Drawings, to move with 'retargetd draw'",
-        ),
-    ];
     let mut staged = StagedFiles::default();
     let mut told = String::new();
-    for (name, bytes, what) in files {
-        let path = folder.join(name);
-        staged.add(&path, &bytes)?;
-        told.push_str(&format!("{}: {what}\n", path.display()));
+    for sample in Sample::ALL {
+        let path = folder.join(sample.name);
+        staged.add(&path, &sample.bytes())?;
+        told.push_str(&format!("{}: {}\n", path.display(), sample.about));
     }
     staged.commit()?;
     if speaks_json() {
-        let files = ["walk.glb", "mannequin.glb"].map(|name| folder.join(name));
+        let files = Sample::ALL.map(|sample| folder.join(sample.name));
         return report(|| json!({"files": files}));
     }
     print(&told)

@@ -277,7 +277,7 @@ impl From<Refusal> for Problem {
             Refusal::DigestMismatch { .. } => Self::new(Code::DigestMismatch, detail),
             Refusal::TooBusy => Self::new(Code::TooBusy, detail),
             Refusal::Draining => Self::new(Code::Draining, detail),
-            Refusal::StorageFull(Full::Disk) => Self::new(Code::StorageFull, detail).with_hint(
+            Refusal::StorageFull(Full::Disk | Full::Reserve { .. }) => Self::new(Code::StorageFull, detail).with_hint(
                 "delete assets, or wait until some expire; the operator makes room on the disk, or lowers `reserved_disk`",
             ),
             Refusal::StorageFull(Full::StoredBytes { most, actual }) => {

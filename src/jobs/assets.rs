@@ -1,6 +1,9 @@
 //! Uploaded files: taking them, keeping them, looking into them.
 
-use std::sync::Arc;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use bytes::Bytes;
 use futures::future::try_join_all;
@@ -61,22 +64,7 @@ impl Assets {
     /// # Errors
     /// When the file would be too large, there is no room, or the service is going down.
     pub async fn begin(&self, file_name: &str, announced_bytes: Option<u64>) -> Result<Upload, Refusal> {
-        let inner = &self.jobs.0;
-        if self.jobs.is_draining() {
-            return Err(Refusal::Draining);
-        }
-        let most_bytes = inner.settings.max_file_bytes.0;
-        let announced = announced_bytes.unwrap_or(0);
-        if announced > most_bytes {
-            return Err(too_large(file_name, most_bytes, announced));
-        }
-        let most_stored = inner.settings.max_stored_bytes.0;
-        if let Some(actual) = inner.stored_bytes.too_many_with(inner.store.records(), announced, most_stored).await? {
-            Metric::AdmissionRejected.count([("reason", "storage_full".to_owned())], 1);
-            return Err(Refusal::StorageFull(Full::StoredBytes { most: most_stored, actual }));
-        }
-        let writer = inner.store.blobs().begin()?;
-        Ok(Upload { writer, file_name: file_name.to_owned(), most_bytes })
+        self.jobs.begin_upload(file_name, announced_bytes).await
     }
 
     /// Keeps a file that has arrived. The same bytes of the same format are kept once for each owner. Gives the record and whether it is new.
@@ -97,40 +85,7 @@ impl Assets {
         owner: &Principal,
         files: Vec<ReceivedFile>,
     ) -> Result<Vec<(AssetRecord, bool)>, Refusal> {
-        let inner = &self.jobs.0;
-        let assets = self.records_of(owner, &files);
-        let _held = self.write_out(files).await?;
-        let kept = inner.store.records().add_assets(&assets).await?;
-        inner.stored_bytes.add_new(&kept);
-        Ok(kept)
-    }
-
-    /// Makes the bytes of files durable. They stay as long as what comes back is held, and then where a record names them.
-    pub(super) async fn write_out(&self, files: Vec<ReceivedFile>) -> Result<HeldBlobs, Refusal> {
-        Failpoint::UploadComplete.reach();
-        let digests: Vec<String> = files.iter().map(|file| file.blob.blob().sha256.clone()).collect();
-        let digests: Vec<&str> = digests.iter().map(String::as_str).collect();
-        let held = self.jobs.0.store.hold_blobs(&digests).await?;
-        try_join_all(files.into_iter().map(|file| file.blob.keep())).await?;
-        Failpoint::UploadKept.reach();
-        Ok(held)
-    }
-
-    /// The records that files get which have arrived, where their owner has no other record of the same bytes.
-    pub(super) fn records_of(&self, owner: &Principal, files: &[ReceivedFile]) -> Vec<AssetRecord> {
-        let inner = &self.jobs.0;
-        let (created_at, expires_at) = (inner.clock.now(), inner.clock.after(inner.settings.asset_retention.0));
-        let record = |file: &ReceivedFile| AssetRecord {
-            id: AssetId::new(),
-            principal: owner.clone(),
-            sha256: file.blob.blob().sha256.clone(),
-            bytes: file.blob.blob().bytes,
-            format: file.format.info().name.to_owned(),
-            file_name: file.file_name.clone(),
-            created_at,
-            expires_at,
-        };
-        files.iter().map(record).collect()
+        self.jobs.keep_files(owner, files).await
     }
 
     /// A file's record.
@@ -217,6 +172,97 @@ impl Assets {
                 engine.ask(&asked, control)?.document()
             };
         self.jobs.look(look, load, work).await
+    }
+}
+
+impl Jobs {
+    /// Begins to take a file. `announced_bytes` is what the sender said it will be, so that too much is refused early.
+    ///
+    /// # Errors
+    /// When the file would be too large, there is no room, or the service is going down.
+    pub(super) async fn begin_upload(&self, file_name: &str, announced_bytes: Option<u64>) -> Result<Upload, Refusal> {
+        let inner = &self.0;
+        if self.is_draining() {
+            return Err(Refusal::Draining);
+        }
+        let most_bytes = inner.settings.max_file_bytes.0;
+        let announced = announced_bytes.unwrap_or(0);
+        if announced > most_bytes {
+            return Err(too_large(file_name, most_bytes, announced));
+        }
+        let most_stored = inner.settings.max_stored_bytes.0;
+        if let Some(actual) = inner.stored_bytes.too_many_with(inner.store.records(), announced, most_stored).await? {
+            Metric::AdmissionRejected.count([("reason", "storage_full".to_owned())], 1);
+            return Err(Refusal::StorageFull(Full::StoredBytes { most: most_stored, actual }));
+        }
+        let writer = inner.store.blobs().begin()?;
+        Ok(Upload { writer, file_name: file_name.to_owned(), most_bytes })
+    }
+
+    /// Keeps files that have arrived, all of them or none: the disk is waited for once.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub(super) async fn keep_files(
+        &self,
+        owner: &Principal,
+        files: Vec<ReceivedFile>,
+    ) -> Result<Vec<(AssetRecord, bool)>, Refusal> {
+        let inner = &self.0;
+        let assets = self.asset_records_of(owner, &files);
+        let _held = self.write_out(files).await?;
+        let kept = inner.store.records().add_assets(&assets).await?;
+        inner.stored_bytes.add_new(&kept);
+        Ok(kept)
+    }
+
+    /// Makes the bytes of files durable. They stay as long as what comes back is held, and then where a record names them.
+    pub(super) async fn write_out(&self, files: Vec<ReceivedFile>) -> Result<HeldBlobs, Refusal> {
+        Failpoint::UploadComplete.reach();
+        let digests: Vec<String> = files.iter().map(|file| file.blob.blob().sha256.clone()).collect();
+        let digests: Vec<&str> = digests.iter().map(String::as_str).collect();
+        let held = self.0.store.hold_blobs(&digests).await?;
+        try_join_all(files.into_iter().map(|file| file.blob.keep())).await?;
+        Failpoint::UploadKept.reach();
+        Ok(held)
+    }
+
+    /// The records that files get which have arrived, where their owner has no other record of the same bytes.
+    pub(super) fn asset_records_of(&self, owner: &Principal, files: &[ReceivedFile]) -> Vec<AssetRecord> {
+        let inner = &self.0;
+        let (created_at, expires_at) = (inner.clock.now(), inner.clock.after(inner.settings.asset_retention.0));
+        let record = |file: &ReceivedFile| AssetRecord {
+            id: AssetId::new(),
+            principal: owner.clone(),
+            sha256: file.blob.blob().sha256.clone(),
+            bytes: file.blob.blob().bytes,
+            format: file.format.info().name.to_owned(),
+            file_name: file.file_name.clone(),
+            created_at,
+            expires_at,
+        };
+        files.iter().map(record).collect()
+    }
+
+    /// Keeps for the caller what those of the ids name that are of built-in assets. They are found under these ids; the records have ids of
+    /// their own.
+    pub(super) async fn keep_built_in(
+        &self,
+        owner: &Principal,
+        ids: &BTreeSet<&AssetId>,
+    ) -> Result<BTreeMap<AssetId, AssetRecord>, Refusal> {
+        let mut kept = BTreeMap::new();
+        for id in ids {
+            if let Some(asset) = self.0.built_in_assets.iter().find(|asset| asset.is_named(id)) {
+                let bytes = (asset.bytes)();
+                let mut upload = self.begin_upload(asset.file_name, Some(bytes.len() as u64)).await?;
+                upload.write(&bytes).await?;
+                // One record for each file.
+                let (record, _) = self.keep_files(owner, vec![upload.finish(None).await?]).await?.swap_remove(0);
+                kept.insert((*id).clone(), record);
+            }
+        }
+        Ok(kept)
     }
 }
 

@@ -225,9 +225,17 @@ pub enum Refusal {
 /// What is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Full {
-    /// The disk, or what the operator wants to be left of it.
-    #[error("the disk is full, or only the reserve 'reserved_disk' is left")]
+    /// The disk.
+    #[error("the disk is full")]
     Disk,
+    /// All of it that the operator lets files have.
+    #[error("the disk has {free_bytes} bytes left, and the setting 'reserved_disk' keeps {reserved_bytes}")]
+    Reserve {
+        /// What is left.
+        free_bytes: u64,
+        /// What is to be left.
+        reserved_bytes: u64,
+    },
     /// What may be stored of all callers.
     #[error("with this file {actual} bytes would be stored, and the limit 'stored_bytes' is {most}")]
     StoredBytes {
@@ -254,6 +262,9 @@ impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
         match error {
             StoreError::InUse(job) => Self::InUse(job),
+            StoreError::NoRoom { free_bytes, reserved_bytes, .. } => {
+                Self::StorageFull(Full::Reserve { free_bytes, reserved_bytes })
+            }
             error if error.is_storage_full() => Self::StorageFull(Full::Disk),
             error => Self::Store(error),
         }

@@ -15,7 +15,7 @@ use tokio::{
 };
 
 use super::{
-    Engine, JobEvent, Refusal,
+    BuiltInAsset, Engine, JobEvent, Refusal,
     admission::Admission,
     changes::{Change, Changes},
     database_clock::DatabaseClock,
@@ -77,6 +77,7 @@ pub(super) struct Inner {
     pub(super) picture_room: PictureRoom,
     pub(super) pictures: KeptPictures,
     pub(super) looks: Looks,
+    pub(super) built_in_assets: &'static [BuiltInAsset],
     pub(super) running: Arc<RunningJobs>,
     pub(super) streams: Arc<OpenStreams>,
     pub(super) changes: Changes,
@@ -114,7 +115,13 @@ pub fn engine_limits(settings: &Settings) -> Limits {
 impl Jobs {
     /// Jobs over a store, run by `engine`. Nothing runs before [`super::Workers`] are started.
     #[must_use]
-    pub fn new(store: Arc<Store>, engine: Arc<dyn Engine>, settings: Arc<Settings>, clock: Clock) -> Self {
+    pub fn new(
+        store: Arc<Store>,
+        engine: Arc<dyn Engine>,
+        settings: Arc<Settings>,
+        clock: Clock,
+        built_in_assets: &'static [BuiltInAsset],
+    ) -> Self {
         let admission = Arc::new(Admission::new(QueueDepth {
             jobs: settings.max_queued_jobs,
             bytes: settings.max_queued_bytes.0,
@@ -130,6 +137,7 @@ impl Jobs {
             clock,
             database_clock: DatabaseClock::default(),
             admission,
+            built_in_assets,
             inspections: Inspections::default(),
             picture_room: PictureRoom::default(),
             pictures: KeptPictures::default(),

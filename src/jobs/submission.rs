@@ -256,7 +256,8 @@ impl Jobs {
     /// Looks up what these jobs name.
     pub(super) async fn known(&self, owner: &Principal, jobs: &[NewJob]) -> Result<SubmissionContext, Refusal> {
         let ids: BTreeSet<&AssetId> = jobs.iter().flat_map(|job| job.inputs.values()).collect();
-        let assets = self.0.store.records().assets_of(owner, &ids.into_iter().collect::<Vec<_>>()).await?;
+        let mut assets = self.keep_built_in(owner, &ids).await?;
+        assets.extend(self.0.store.records().assets_of(owner, &ids.into_iter().collect::<Vec<_>>()).await?);
         self.known_with(owner, jobs, assets).await
     }
 
@@ -307,7 +308,8 @@ impl Jobs {
             input_bytes += asset.bytes;
             needs.push(self.memory_need(asset, &known.rigs.sha256)?);
             let (sha256, file_name) = (asset.sha256.clone(), asset.file_name.clone());
-            found.insert(role, JobInput { asset: id, sha256, file_name });
+            // Not the id that it was asked for by: a built-in asset is kept under another.
+            found.insert(role, JobInput { asset: asset.id.clone(), sha256, file_name });
         }
         let (config, preset) = lay_over_preset(known, new.config, new.preset)?;
         let task = new.task.unwrap_or_else(|| known.task_of(config.as_ref(), target.as_ref()));

@@ -65,7 +65,7 @@ impl Fixture {
         let folder = DataFolder::take(root.path()).expect("nobody has it");
         let store = Arc::new(Store::open(&folder).await.expect("the store opens"));
         let clock = Clock::system();
-        let jobs = Jobs::new(store, Arc::new(Obedient), Arc::new(settings), clock.clone());
+        let jobs = Jobs::new(store, Arc::new(Obedient), Arc::new(settings), clock.clone(), &[]);
         let assets = Assets::new(&jobs, Outbound::new(&Settings::default(), Clock::system()));
         let mut upload = assets.begin("walk.bvh", None).await.expect("begins");
         upload.write(b"HIERARCHY").await.expect("writes");
@@ -193,7 +193,8 @@ async fn a_drain_gives_running_jobs_back_and_the_next_start_ends_them() {
     assert_eq!((record.state, record.attempt), (JobState::Queued, 0), "handed back, and the attempt does not count");
 
     let inner = &fixture.jobs.0;
-    let next = Jobs::new(Arc::clone(&inner.store), Arc::new(Obedient), Arc::clone(&inner.settings), Clock::system());
+    let next =
+        Jobs::new(Arc::clone(&inner.store), Arc::new(Obedient), Arc::clone(&inner.settings), Clock::system(), &[]);
     assert_eq!(next.recover().await.expect("recovers"), 2, "both are taken up");
     let workers = Workers::start(&next, 2);
     let end = next.wait(&me(), &queued.record.id, PATIENCE).await.expect("is there");

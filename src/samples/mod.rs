@@ -17,6 +17,35 @@ pub use gait::{WALK_FPS, WALK_SECONDS, WALK_SPEED};
 
 use crate::model::{Clip, Scene};
 
+/// A sample as a file.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// The name of the file.
+    pub name: &'static str,
+    /// What is in it, in half a sentence.
+    pub about: &'static str,
+    pub(crate) make: fn() -> Vec<u8>,
+}
+
+impl Sample {
+    /// All of them.
+    pub const ALL: [Self; 3] = [
+        Self { name: "walk.glb", about: "a walk on a skeleton with Mixamo's joint names, T pose", make: walk_clip },
+        Self { name: "mannequin.glb", about: "a skinned mannequin with Unreal 5 joint names, A pose", make: mannequin },
+        Self {
+            name: "drawing.zip",
+            about: "a drawn child with the joints of Animated Drawings, to move with 'retargetd draw'",
+            make: drawing,
+        },
+    ];
+
+    /// Its bytes; always the same.
+    #[must_use]
+    pub fn bytes(&self) -> Vec<u8> {
+        (self.make)()
+    }
+}
+
 /// A man of 1.80 m who walks 4.8 m forward in four seconds, as the scene that [`walk_clip`] encodes: 65 joints with
 /// Mixamo's names, T pose, +Y along the bones, one clip of 121 frames at 30 per second. A planted foot does not slide.
 #[must_use]

@@ -35,6 +35,8 @@ pub enum StoreError {
         folder: String,
         /// What is left.
         free_bytes: u64,
+        /// What is to be left.
+        reserved_bytes: u64,
     },
     /// A job is waiting for the file or working on it.
     #[error("the file is an input of the unfinished job {0}")]

@@ -27,9 +27,10 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
 #[into_params(parameter_in = Query)]
 struct Question {
     /// Frame of the result, from 0.
+    #[param(example = 0)]
     frame: usize,
     /// Joint of the target, by name or `#<node index>`.
-    #[param(example = "LeftForeArm")]
+    #[param(example = "lowerarm_l")]
     joint: String,
 }
 

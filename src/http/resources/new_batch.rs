@@ -28,10 +28,10 @@ pub(in crate::http) struct NewBatchBody {
     /// What all items have that do not say otherwise, as in the body of `POST /v1/jobs`. An item is laid over it: objects are merged member
     /// by member, everything else (lists too) is taken from the item where it says something (RFC 7396).
     #[serde(default)]
-    #[schema(value_type = Option<Object>, example = json!({"target": {"asset": "ast_01j9z3k8m0q4r6t8v0x2y4a6c8"}}))]
+    #[schema(value_type = Option<Object>, example = json!({"target": {"asset": "ast_00000000000000000000000002"}}))]
     defaults: Map<String, Value>,
     /// The items, each as the body of `POST /v1/jobs`, without what it has from `defaults`.
-    #[schema(value_type = Option<Vec<Object>>, example = json!([{"source": {"asset": "ast_01j9z3k8m0q4r6t8v0x2y4a6c9"}, "labels": {"name": "walk"}}]))]
+    #[schema(value_type = Option<Vec<Object>>, example = json!([{"source": {"asset": "ast_00000000000000000000000001"}, "labels": {"name": "walk"}}]))]
     items: Option<Vec<Map<String, Value>>>,
     /// Every source onto every target, with every spec.
     matrix: Option<MatrixBody>,
@@ -70,8 +70,8 @@ struct MatrixBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = NewBatchMatrixFile)]
 struct MatrixFileBody {
-    /// The id of an asset.
-    #[schema(example = "ast_01j9z3k8m0q4r6t8v0x2y4a6c8")]
+    /// The id of an asset. Three ids name samples, as in `POST /v1/jobs`.
+    #[schema(example = "ast_00000000000000000000000001")]
     asset: String,
     /// The same rig in its rest pose, where the file does not hold it.
     rest: Option<InputBody>,

@@ -58,8 +58,9 @@ pub(in crate::http) struct NewJobBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = NewJobInput)]
 pub(in crate::http) struct InputBody {
-    /// The id of an asset.
-    #[schema(example = "ast_01j9z3k8m0q4r6t8v0x2y4a6c8")]
+    /// The id of an asset. Three ids name the samples that every caller has: `ast_00000000000000000000000001` a walk, `…02` the mannequin,
+    /// `…03` the drawing; the first use of one makes it an asset of the caller's.
+    #[schema(example = "ast_00000000000000000000000001")]
     pub(super) asset: String,
 }
 

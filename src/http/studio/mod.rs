@@ -23,12 +23,12 @@ use super::{
 use crate::{
     config::Settings,
     jobs::{Assets, hexadecimal},
-    samples::{drawing, mannequin, walk_clip},
+    samples::Sample,
 };
 
 /// A file as it goes out.
 struct Served {
-    path: &'static str,
+    path: String,
     media_type: &'static str,
     bytes: Vec<u8>,
     compressed: Vec<u8>,
@@ -48,22 +48,18 @@ pub(super) fn pages() -> Router<ApiState> {
 fn served() -> &'static [Served] {
     static SERVED: OnceLock<Vec<Served>> = OnceLock::new();
     SERVED.get_or_init(|| {
-        let of_page = FILES.iter().map(|(path, bytes)| served_file(path, bytes.to_vec()));
-        let samples = [
-            ("sample/walk.glb", walk_clip()),
-            ("sample/mannequin.glb", mannequin()),
-            ("sample/drawing.zip", drawing()),
-        ];
-        of_page.chain(samples.into_iter().map(|(path, bytes)| served_file(path, bytes))).collect()
+        let of_page = FILES.iter().map(|(path, bytes)| served_file((*path).to_owned(), bytes.to_vec()));
+        let samples = Sample::ALL.map(|sample| served_file(format!("sample/{}", sample.name), sample.bytes()));
+        of_page.chain(samples).collect()
     })
 }
 
-fn served_file(path: &'static str, bytes: Vec<u8>) -> Served {
+fn served_file(path: String, bytes: Vec<u8>) -> Served {
     let sha256 = hexadecimal(&Sha256::digest(&bytes));
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
     // A vector takes everything.
     let compressed = encoder.write_all(&bytes).and_then(|()| encoder.finish()).unwrap_or_default();
-    Served { path, media_type: media_type(path), bytes, compressed, sha256 }
+    Served { media_type: media_type(&path), path, bytes, compressed, sha256 }
 }
 
 fn media_type(path: &str) -> &'static str {
@@ -108,12 +104,12 @@ async fn keep_sample(
     Caller(owner): Caller,
     Path(name): Path<String>,
 ) -> Result<Json<AssetView>, Problem> {
-    let path = format!("sample/{name}");
-    let Some(sample) = served().iter().find(|file| file.path == path) else {
+    let Some(sample) = Sample::ALL.iter().find(|sample| sample.name == name) else {
         return Err(Problem::new(Code::NotFound, "the studio has no such sample"));
     };
-    let mut upload = assets.begin(&name, Some(sample.bytes.len() as u64)).await?;
-    upload.write(&sample.bytes).await?;
+    let bytes = sample.bytes();
+    let mut upload = assets.begin(&name, Some(bytes.len() as u64)).await?;
+    upload.write(&bytes).await?;
     let (asset, _) = assets.keep(&owner, upload.finish(None).await?).await?;
     Ok(Json(asset.into()))
 }

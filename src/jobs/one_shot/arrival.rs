@@ -88,14 +88,14 @@ impl Assets {
             let awaiting = Awaiting::for_any(jobs, &submitted.job.id);
             return Ok((submitted, awaiting));
         }
-        let expected = self.records_of(owner, &arrived.files);
+        let expected = self.jobs.asset_records_of(owner, &arrived.files);
         let inputs = ArrivedFiles::by_role(&arrived.places, &expected);
         let new = NewJob { inputs: inputs.into_iter().map(|(role, asset)| (role, asset.id)).collect(), ..new };
         let assets = expected.iter().map(|asset| (asset.id.clone(), asset.clone())).collect();
         let known = jobs.known_with(owner, std::slice::from_ref(&new), assets).await?;
         let admitted = jobs.admit(jobs.resolve_with(&known, owner, new)?).await?;
         let awaiting = Awaiting::for_new(jobs, &admitted.record, arrived.in_memory()).await;
-        let _held = self.write_out(arrived.files).await?;
+        let _held = self.jobs.write_out(arrived.files).await?;
         Ok((jobs.add(admitted, &expected).await?, awaiting))
     }
 }

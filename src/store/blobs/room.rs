@@ -36,7 +36,8 @@ impl Room {
     pub(super) fn check(&self) -> Result<(), StoreError> {
         let Some(free_bytes) = free_bytes(&self.folder) else { return Ok(()) };
         if free_bytes < self.reserved_bytes {
-            return Err(StoreError::NoRoom { folder: self.folder.display().to_string(), free_bytes });
+            let (folder, reserved_bytes) = (self.folder.display().to_string(), self.reserved_bytes);
+            return Err(StoreError::NoRoom { folder, free_bytes, reserved_bytes });
         }
         Ok(())
     }

@@ -7,6 +7,7 @@ use super::{
     records::{asset, claim, end, job, principal},
     support::Postgres,
 };
+use crate::service_process::ServiceProcess;
 
 /// The layout of the version before this one, as its own migrations made it.
 const BEFORE: [&str; 16] = [
@@ -140,6 +141,26 @@ async fn a_postgres_of_the_version_before_is_brought_up_to_date() {
     let records = server.records().await;
     works_on(&records).await;
     records.close().await;
+}
+
+/// Postgres tells at every start that what is asked for "if it is not there" is there already; nobody who runs the service wants to know.
+#[tokio::test(flavor = "multi_thread")]
+async fn starts_on_a_postgres_that_is_up_to_date_log_nothing_of_its_notices() {
+    let Some(server) = Postgres::start() else { return };
+    server.answers().await;
+    for start in ["the first", "a second"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let log = folder.path().join("log");
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_retargetd"));
+        command.args(["serve", "--listen", "127.0.0.1:0", "--log", "info", "--log-format", "json"]);
+        command.args(["--database", &server.url()]).arg("--data").arg(folder.path().join("data"));
+        let file = std::fs::File::create(&log).expect("a file");
+        let service = ServiceProcess::listening_with_log(&mut command, file);
+        assert_eq!(service.terminate(), Some(0), "{start} start ends well");
+        let lines = std::fs::read_to_string(&log).expect("the log");
+        assert!(lines.contains("retargetd"), "the service itself is heard: {lines}");
+        assert!(!lines.contains("already exists, skipping"), "{start} start: {lines}");
+    }
 }
 
 /// The lists above are all but the last of the migrations, and so are the numbers in the tests.

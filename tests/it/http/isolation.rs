@@ -205,6 +205,8 @@ fn an_engine_process_leaves_signals_to_the_service_and_ends_with_it() {
         .expect("it starts");
     let mut ready = [0; 8];
     child.stdout.as_mut().expect("a pipe").read_exact(&mut ready).expect("it says that it is ready");
+    let name = std::fs::read_to_string(format!("/proc/{}/comm", child.id())).expect("its name");
+    assert_eq!(name.trim(), "retargetd-work", "lists of processes say what it is, whatever file it was started from");
     for name in ["-TERM", "-INT", "-HUP"] {
         signal(child.id(), name);
     }

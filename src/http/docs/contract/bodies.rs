@@ -73,13 +73,17 @@ fn has_files(schema: &Value) -> bool {
 /// they are given, and empty where they are given a form.
 const ONE_SHOTS: [&str; 3] = ["retarget", "edit", "pose"];
 
-/// The body of a request: bytes before forms before JSON, since many generators see the first alone; but a job is asked for in JSON.
+/// Operations on files that have been uploaded: their JSON can be sent as it is.
+const BY_ASSET: [&str; 4] = ["create_job", "suggest", "check_config", "explain"];
+
+/// The body of a request: bytes before forms before JSON, since many generators see the first alone; but what is asked about uploaded files
+/// is asked in JSON.
 fn order_request(content: &mut Map<String, Value>, id: &str, forms: &Value) {
     let mut before = std::mem::take(content);
     if ONE_SHOTS.contains(&id) {
         before.remove(JSON);
     }
-    let is_second = id == "create_job" && before.contains_key(JSON);
+    let is_second = BY_ASSET.contains(&id) && before.contains_key(JSON);
     let order = if is_second { [JSON, FORM, BYTES] } else { [BYTES, FORM, JSON] };
     for media_type in order {
         let Some(mut body) = before.remove(media_type) else { continue };
@@ -121,10 +125,10 @@ fn form_of(schema: &Value, id: &str, forms: &Value) -> Value {
     form
 }
 
-/// A body that can be sent as it is, but for the ids of files: those of one's own uploads take their place.
+/// A body that can be sent as it is: its files are the samples that every caller has.
 fn example_of(id: &str) -> Option<Value> {
-    const SOURCE: &str = "ast_01j9z3k8m0q4r6t8v0x2y4a6c8";
-    const TARGET: &str = "ast_01j9z3k8m0q4r6t8v0x2y4a6c9";
+    const SOURCE: &str = "ast_00000000000000000000000001";
+    const TARGET: &str = "ast_00000000000000000000000002";
     let files = json!({"source": {"asset": SOURCE}, "target": {"asset": TARGET}});
     Some(match id {
         "create_job" => json!({"source": {"asset": SOURCE}, "target": {"asset": TARGET}, "output": ["glb"]}),
