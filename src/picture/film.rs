@@ -13,7 +13,7 @@ use super::{
     Picture,
     camera::Sight,
     cast::Cast,
-    encode::{Motion, PictureFormat, frames_learned_from},
+    encode::{Frame, Motion, PictureFormat, frames_learned_from},
     error::PictureError,
     scene::{Studio, Subject},
     stage::Stage,
@@ -95,47 +95,80 @@ pub fn render(cast: &Cast<'_>, view: &View, format: PictureFormat, control: &Con
         return Ok(Film { bytes: format.still(&picture)?, size, frames: 1, sights: stage.sights() });
     }
     let fps = fps(view, format);
-    let mut motion = Motion::new(format, size, fps, times.len(), view.background == Background::Transparent)?;
+    let motion = Motion::new(format, size, fps, times.len(), view.background == Background::Transparent)?;
+    let bytes = moving(motion, times.len(), &draw, &studios, control)?;
+    Ok(Film { bytes, size, frames: times.len(), sights: stage.sights() })
+}
+
+/// Draws frames and encodes them, a few at a time.
+fn moving(
+    mut motion: Motion,
+    count: usize,
+    draw: &(impl Fn(Vec<usize>) -> Result<Vec<Picture>, Canceled> + Sync),
+    studios: &Studios,
+    control: &Control,
+) -> Result<Vec<u8>, FilmError> {
     // The palette of a GIF comes from a few frames of all of it. Where they are not too large, they are drawn once only.
-    let mut learned: BTreeMap<usize, Picture> = BTreeMap::new();
+    let mut learned: BTreeMap<usize, Frame> = BTreeMap::new();
     if motion.wants_palette() {
-        let indices: BTreeSet<usize> = frames_learned_from(times.len()).into_iter().collect();
+        let indices: BTreeSet<usize> = frames_learned_from(count).into_iter().collect();
         let pictures = draw(indices.iter().copied().collect())?;
         motion.learn(&pictures);
-        if pictures.len() * size[0] * size[1] <= MAX_PIXELS_KEPT {
-            learned = indices.into_iter().zip(pictures).collect();
+        if pictures.iter().map(|picture| picture.pixels.len()).sum::<usize>() <= MAX_PIXELS_KEPT {
+            let preparation = motion.preparation();
+            learned =
+                indices.into_iter().zip(pictures.into_iter().map(|picture| preparation.frame(picture).0)).collect();
         }
     }
+    let preparation = motion.preparation();
+    let frames = |indices: Vec<usize>| -> Result<Vec<Frame>, Canceled> {
+        let frame = |index: usize| {
+            let picture = draw(vec![index])?.swap_remove(0);
+            let (frame, spare) = preparation.frame(picture);
+            studios.keep(spare);
+            Ok(frame)
+        };
+        indices.into_par_iter().with_max_len(1).map(frame).collect()
+    };
     let chunk = FRAMES_AT_ONCE * rayon::current_num_threads().max(1);
-    let mut drawn: Vec<Picture> = Vec::new();
-    for begin in (0..times.len()).step_by(chunk) {
+    let mut drawn: Vec<Frame> = Vec::new();
+    for begin in (0..count).step_by(chunk) {
         control.check()?;
-        let indices = begin..(begin + chunk).min(times.len());
+        let indices = begin..(begin + chunk).min(count);
         let missing: Vec<usize> = indices.clone().filter(|index| !learned.contains_key(index)).collect();
         // What is drawn is encoded while the next is.
-        let (encoded, next) = rayon::join(|| motion.add(&drawn), || draw(missing));
-        encoded?;
+        let before = std::mem::take(&mut drawn);
+        let (encoded, next) = rayon::join(|| motion.add_frames(before), || frames(missing));
+        studios.keep(encoded?);
         let mut next = next?.into_iter();
         drawn = indices.filter_map(|index| learned.remove(&index).or_else(|| next.next())).collect();
     }
-    motion.add(&drawn)?;
-    Ok(Film { bytes: motion.finish()?, size, frames: times.len(), sights: stage.sights() })
+    motion.add_frames(drawn)?;
+    Ok(motion.finish()?)
 }
 
 /// What pictures are made with, which is large: there are as many as are drawn at the same time.
 struct Studios {
     size: [usize; 2],
     free: Mutex<Vec<Studio>>,
+    /// Pictures that are not needed any more, to be drawn over: they are large as well.
+    spare: Mutex<Vec<Picture>>,
 }
 
 impl Studios {
     const fn new(size: [usize; 2]) -> Self {
-        Self { size, free: Mutex::new(Vec::new()) }
+        Self { size, free: Mutex::new(Vec::new()), spare: Mutex::new(Vec::new()) }
+    }
+
+    /// Keeps pictures to be drawn over.
+    fn keep(&self, pictures: impl IntoIterator<Item = Picture>) {
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner).extend(pictures);
     }
 
     fn lend<T>(&self, work: impl FnOnce(&mut Studio) -> T) -> T {
         let free = self.free.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut studio = free.unwrap_or_else(|| Studio::new(self.size));
+        studio.draw_over(self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop());
         let made = work(&mut studio);
         self.free.lock().unwrap_or_else(PoisonError::into_inner).push(studio);
         made

@@ -127,6 +127,8 @@ pub(super) struct Studio {
     /// Triangles of a surface that are drawn when all others of it are.
     later: Vec<[u32; 3]>,
     size: [usize; 2],
+    /// A picture that the next one is drawn over.
+    spare: Option<Picture>,
 }
 
 /// What is in one picture.
@@ -142,7 +144,19 @@ pub(super) struct Shot {
 
 impl Studio {
     pub(super) fn new(size: [usize; 2]) -> Self {
-        Self { raster: Raster::new(size), posed: Posed::default(), corners: Vec::new(), later: Vec::new(), size }
+        Self {
+            raster: Raster::new(size),
+            posed: Posed::default(),
+            corners: Vec::new(),
+            later: Vec::new(),
+            size,
+            spare: None,
+        }
+    }
+
+    /// Draws the next picture over one that is not needed any more, where there is one.
+    pub(super) fn draw_over(&mut self, spare: Option<Picture>) {
+        self.spare = spare.or_else(|| self.spare.take());
     }
 
     /// One picture of a subject at a time of its clip.
@@ -246,7 +260,7 @@ impl Studio {
     }
 
     /// Samples to pixels, over the floor and the background.
-    fn develop(&self, shot: &Shot, floor: Option<&Floor>) -> Picture {
+    fn develop(&mut self, shot: &Shot, floor: Option<&Floor>) -> Picture {
         let [width, height] = self.size;
         let is_dark = shot.background == Background::Dark || matches!(shot.style, Style::Depth | Style::Silhouette);
         let base: [f32; 4] = match (shot.style, shot.background) {
@@ -257,7 +271,9 @@ impl Studio {
         };
         let nothing = base.map(|part| (part + 0.5) as u8);
         let [left, top, right, bottom] = self.raster.touched_pixels();
-        let mut pixels = Vec::with_capacity(width * height);
+        let mut pixels = self.spare.take().map(|spare| spare.pixels).unwrap_or_default();
+        pixels.clear();
+        pixels.reserve_exact(width * height);
         for row in 0..height {
             pixels.resize((row + 1) * width, nothing);
             let drawn = if (top..bottom).contains(&row) { left..right } else { 0..0 };

@@ -1,6 +1,6 @@
 //! GIF: one palette for all frames, and of each frame only what differs from the one before.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
@@ -16,45 +16,40 @@ const BUCKETS: usize = 1 << (3 * BITS);
 /// Colors of the palette; one more is nothing.
 const COLORS: usize = 255;
 const NOTHING: u8 = 255;
-/// Colors that differ by no more are shown as one where a pixel has the other already: gray by 8 of 255.
-const NEAR: i32 = 640;
-/// Colors that differ by no more are shown as one where that makes the file smaller: gray by 8 of 255.
-const NEAR_BESIDE: i32 = 640;
+/// Colors that differ by no more are shown as one where a pixel has the other already: gray by 8.5 of 255.
+const NEAR: i32 = 730;
+/// Colors that differ by no more are shown as one where that makes the file smaller: gray by 8.5 of 255.
+const NEAR_BESIDE: i32 = 730;
 /// Pixels that the palette is taken from.
 const LEARNED: usize = 1 << 20;
+
+/// The colors of all frames.
+pub(in crate::picture) struct Palette {
+    colors: Vec<[u8; 3]>,
+    /// The color that is nearest to each bucket, of those that have been asked for.
+    nearest: Vec<OnceLock<u8>>,
+    distances: Distances,
+}
 
 /// Frames of one moving picture.
 pub(in crate::picture) struct Writer {
     size: [usize; 2],
     fps: f64,
     is_transparent: bool,
-    palette: Vec<[u8; 3]>,
-    /// The color of the palette that is nearest to each bucket, of those that have been asked for.
-    nearest: Vec<OnceLock<u8>>,
-    distances: Distances,
+    palette: Arc<Palette>,
     frame: usize,
     /// What the last frame shows, in colors of the palette.
     before: Option<Vec<u8>>,
     encoder: Option<::gif::Encoder<Vec<u8>>>,
 }
 
-impl Writer {
-    pub(super) fn new(size: [usize; 2], fps: f64, is_transparent: bool) -> Self {
-        Self {
-            size,
-            fps,
-            is_transparent,
-            palette: Vec::new(),
-            nearest: Vec::new(),
-            distances: Distances::new(|_, _| None),
-            frame: 0,
-            before: None,
-            encoder: None,
-        }
+impl Palette {
+    const fn empty() -> Self {
+        Self { colors: Vec::new(), nearest: Vec::new(), distances: Distances::none() }
     }
 
-    /// The palette: by median cut over the colors of some frames.
-    pub(super) fn learn(&mut self, pictures: &[Picture]) {
+    /// By median cut over the colors of some frames.
+    pub(in crate::picture) fn of(pictures: &[Picture]) -> Self {
         let mut sums = vec![[0_u32; 4]; BUCKETS];
         let pixels: usize = pictures.iter().map(|picture| picture.pixels.len()).sum();
         // Not of every second column, as it would be with even steps.
@@ -68,18 +63,46 @@ impl Writer {
         }
         let colors: Counted =
             sums.iter().enumerate().filter(|(_, sum)| sum[3] > 0).map(|(bucket, sum)| (bucket, sum[3])).collect();
-        self.palette = median_cut(colors).iter().map(|part| mean(part, &sums)).collect();
-        self.palette.resize(COLORS, [0; 3]);
-        self.nearest = (0..BUCKETS).map(|_| OnceLock::new()).collect();
-        self.distances = Distances::new(|one, other| {
-            let [one, other] = [one, other].map(|color| self.palette.get(usize::from(color)));
+        let mut palette: Vec<[u8; 3]> = median_cut(colors).iter().map(|part| mean(part, &sums)).collect();
+        palette.resize(COLORS, [0; 3]);
+        let distances = Distances::new(|one, other| {
+            let [one, other] = [one, other].map(|color| palette.get(usize::from(color)));
             u16::try_from(distance(*one?, *other?)).ok().filter(|distance| *distance < Distances::TOO_FAR)
         });
+        Self { colors: palette, nearest: (0..BUCKETS).map(|_| OnceLock::new()).collect(), distances }
     }
 
-    /// Adds frames: their colors are looked up at the same time, and each is packed when it is known what the one before it shows.
+    /// A picture in colors of the palette.
+    pub(in crate::picture) fn shown(&self, picture: &Picture) -> Vec<u8> {
+        let nearest = |bucket: usize| *self.nearest[bucket].get_or_init(|| nearest(&self.colors, middle(bucket)));
+        let color = |pixel: &[u8; 4]| if pixel[3] < 128 { NOTHING } else { nearest(bucket(*pixel)) };
+        picture.pixels.iter().map(color).collect()
+    }
+}
+
+impl Writer {
+    pub(super) fn new(size: [usize; 2], fps: f64, is_transparent: bool) -> Self {
+        Self { size, fps, is_transparent, palette: Arc::new(Palette::empty()), frame: 0, before: None, encoder: None }
+    }
+
+    /// The colors of all frames.
+    pub(super) fn palette(&self) -> Arc<Palette> {
+        Arc::clone(&self.palette)
+    }
+
+    /// Shows all frames in these colors.
+    pub(super) fn use_palette(&mut self, palette: Arc<Palette>) {
+        self.palette = palette;
+    }
+
+    /// Adds frames: their colors are looked up at the same time.
     pub(super) fn add(&mut self, pictures: &[Picture]) -> Result<(), PictureError> {
-        let shown: Vec<Vec<u8>> = pictures.par_iter().map(|picture| self.in_palette(picture)).collect();
+        self.add_shown(pictures.par_iter().map(|picture| self.palette.shown(picture)).collect())
+    }
+
+    /// Adds frames in colors of the palette: each is packed when it is known what the one before it shows.
+    pub(super) fn add_shown(&mut self, shown: Vec<Vec<u8>>) -> Result<(), PictureError> {
+        let count = shown.len();
         let frames: Vec<::gif::Frame<'_>> = if self.is_transparent {
             // None of them knows the one before it.
             let numbered = shown.into_par_iter().enumerate();
@@ -94,7 +117,7 @@ impl Writer {
             frames
         };
         if self.encoder.is_none() {
-            let mut palette = self.palette.as_flattened().to_vec();
+            let mut palette = self.palette.colors.as_flattened().to_vec();
             palette.extend_from_slice(&[0; 3]);
             let [width, height] = self.size.map(|side| side as u16);
             let mut encoder = ::gif::Encoder::new(Vec::new(), width, height, &palette).map_err(refused)?;
@@ -104,14 +127,8 @@ impl Writer {
         if let Some(encoder) = &mut self.encoder {
             frames.iter().try_for_each(|frame| encoder.write_lzw_pre_encoded_frame(frame)).map_err(refused)?;
         }
-        self.frame += pictures.len();
+        self.frame += count;
         Ok(())
-    }
-
-    fn in_palette(&self, picture: &Picture) -> Vec<u8> {
-        let nearest = |bucket: usize| *self.nearest[bucket].get_or_init(|| nearest(&self.palette, middle(bucket)));
-        let color = |pixel: &[u8; 4]| if pixel[3] < 128 { NOTHING } else { nearest(bucket(*pixel)) };
-        picture.pixels.iter().map(color).collect()
     }
 
     /// A frame of what differs from the one before, and all that is shown then. A pixel whose color is nearly that which it has already may stay,
@@ -121,7 +138,7 @@ impl Writer {
         let [width, height] = self.size;
         let before = self.before.as_deref();
         let stays = |at: usize| match before {
-            Some(before) => i32::from(self.distances.between(wanted[at], before[at])) <= NEAR,
+            Some(before) => i32::from(self.palette.distances.between(wanted[at], before[at])) <= NEAR,
             None => wanted[at] == NOTHING,
         };
         // Where the frame before is taken away, there is nothing around the figure already.
@@ -140,7 +157,7 @@ impl Writer {
             (true, _) => 0,
             (false, Some(NOTHING)) => Distances::TOO_FAR,
             (false, stays) => {
-                let distance = self.distances.between(stays.unwrap_or(own), color);
+                let distance = self.palette.distances.between(stays.unwrap_or(own), color);
                 if i32::from(distance) <= NEAR_BESIDE { distance + 1 } else { Distances::TOO_FAR }
             }
         });
@@ -280,15 +297,15 @@ mod tests {
         let frames: Vec<Picture> =
             (0..12).map(|frame| Picture::filled(4, 4, [100, 100, 100 + 8 * frame, 255])).collect();
         let mut writer = Writer::new([4, 4], 10.0, false);
-        writer.learn(&frames);
-        let wanted: Vec<Vec<u8>> = frames.iter().map(|frame| writer.in_palette(frame)).collect();
+        writer.use_palette(Arc::new(Palette::of(&frames)));
+        let wanted: Vec<Vec<u8>> = frames.iter().map(|frame| writer.palette.shown(frame)).collect();
         let mut shown = Vec::new();
         for (number, wanted) in wanted.iter().enumerate() {
             let (_, now) = writer.packed(number, wanted.clone());
             writer.before = Some(now.clone());
             shown.push(now);
         }
-        let color = |index: u8| writer.palette[usize::from(index)];
+        let color = |index: u8| writer.palette.colors[usize::from(index)];
         for (shown, wanted) in shown.iter().zip(&wanted) {
             assert!(distance(color(shown[0]), color(wanted[0])) <= NEAR);
         }

@@ -12,6 +12,11 @@ pub(super) struct Distances(Vec<u16>);
 impl Distances {
     pub(super) const TOO_FAR: u16 = u16::MAX;
 
+    /// Of no colors.
+    pub(super) const fn none() -> Self {
+        Self(Vec::new())
+    }
+
     /// As a function of two colors says.
     pub(super) fn new(distance: impl Fn(u8, u8) -> Option<u16>) -> Self {
         let all = (0..=u16::MAX).map(|pair| distance((pair >> 8) as u8, pair as u8).unwrap_or(Self::TOO_FAR));

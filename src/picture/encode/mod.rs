@@ -7,6 +7,8 @@ mod lzw;
 mod mp4;
 mod webp;
 
+use std::sync::Arc;
+
 use super::{Picture, error::PictureError};
 
 /// The kinds of files that pictures are written to.
@@ -97,6 +99,27 @@ pub(super) fn frames_learned_from(frames: usize) -> Vec<usize> {
     (0..8).map(|place| place * (frames - 1) / 7).collect()
 }
 
+/// A frame as its encoder takes it.
+pub(super) enum Frame {
+    /// As it was drawn.
+    Colors(Picture),
+    /// In colors of a palette, which is a quarter as large.
+    InPalette(Vec<u8>),
+}
+
+/// Makes frames of pictures.
+pub(super) struct Preparation(Option<Arc<gif::Palette>>);
+
+impl Preparation {
+    /// A frame, and the picture where that is not needed any more.
+    pub(super) fn frame(&self, picture: Picture) -> (Frame, Option<Picture>) {
+        match &self.0 {
+            Some(palette) => (Frame::InPalette(palette.shown(&picture)), Some(picture)),
+            None => (Frame::Colors(picture), None),
+        }
+    }
+}
+
 /// A moving picture that frames are added to, in their order. It repeats for ever.
 pub(super) enum Motion {
     Apng(Box<apng::Writer>),
@@ -132,11 +155,35 @@ impl Motion {
         matches!(self, Self::Gif(_))
     }
 
-    /// Takes the colors of all frames from some of them.
+    /// Takes the colors of all frames from some of them, where the format has a palette.
     pub(super) fn learn(&mut self, pictures: &[Picture]) {
         if let Self::Gif(writer) = self {
-            writer.learn(pictures);
+            writer.use_palette(Arc::new(gif::Palette::of(pictures)));
         }
+    }
+
+    /// What makes frames of pictures, which others may do while this adds those before.
+    pub(super) fn preparation(&self) -> Preparation {
+        Preparation(match self {
+            Self::Gif(writer) => Some(writer.palette()),
+            _ => None,
+        })
+    }
+
+    /// Adds what [`Self::preparation`] has made of pictures, and gives the pictures back that are not needed any more.
+    pub(super) fn add_frames(&mut self, frames: Vec<Frame>) -> Result<Vec<Picture>, PictureError> {
+        let (mut pictures, mut shown) = (Vec::new(), Vec::new());
+        for frame in frames {
+            match frame {
+                Frame::Colors(picture) => pictures.push(picture),
+                Frame::InPalette(colors) => shown.push(colors),
+            }
+        }
+        match self {
+            Self::Gif(writer) => writer.add_shown(shown)?,
+            _ => self.add(&pictures)?,
+        }
+        Ok(pictures)
     }
 
     pub(super) fn add(&mut self, pictures: &[Picture]) -> Result<(), PictureError> {

@@ -20,6 +20,9 @@ use crate::{
     model::{Appearance, Canceled, Carrier, Clip, Control, FourInfluences, Paint, Reporter, Scene, Surface},
 };
 
+/// A normal that is rounded to so many steps is as long as validators want it, within 0.004.
+const NORMAL_STEPS: f32 = 256.0;
+
 /// Joints that move surfaces, and how they were bound.
 type BoundJoints = Vec<(usize, Mat4)>;
 
@@ -132,10 +135,15 @@ fn push_in(object: &mut Value, key: &str, item: Value) {
 
 fn add_mesh(output: &mut Output<'_>, surface: &Surface) -> Result<usize, FormatError> {
     let mut attributes = Map::new();
-    attributes.insert("POSITION".into(), json!(add_positions(output, &surface.positions)?));
+    let steps = steps_of(&surface.positions);
+    let positions: Vec<Vec3> = surface.positions.iter().map(|place| rounded(*place, steps)).collect();
+    attributes.insert("POSITION".into(), json!(add_positions(output, &positions)?));
     if !surface.normals.is_empty() {
-        let normals: Vec<[f32; 3]> =
-            surface.normals.iter().map(|normal| normal.normalize_or(Vec3::Y).to_array()).collect();
+        let normals: Vec<[f32; 3]> = surface
+            .normals
+            .iter()
+            .map(|normal| rounded(normal.normalize_or(Vec3::Y), NORMAL_STEPS).to_array())
+            .collect();
         attributes.insert("NORMAL".into(), json!(add_vertices(output, &normals, Component::Float, Shape::Vec3)?));
     }
     if !surface.texture_coordinates.is_empty() {
@@ -155,17 +163,39 @@ fn add_mesh(output: &mut Output<'_>, surface: &Surface) -> Result<usize, FormatE
             .insert("JOINTS_0".into(), json!(add_vertices(output, &joints, Component::UnsignedShort, Shape::Vec4)?));
         attributes.insert("WEIGHTS_0".into(), json!(add_vertices(output, &shares, Component::Float, Shape::Vec4)?));
     }
-    let view = output.add_values(&surface.indices, Some(Target::Indices))?;
-    let indices = Accessor::of_view(view, Component::UnsignedInt, surface.indices.len(), Shape::Scalar);
-    let indices = output.add_accessor(&indices)?;
+    let indices = add_indices(output, &surface.indices)?;
     let mut targets = Vec::with_capacity(surface.shapes.len());
     for shape in &surface.shapes {
         let mut offsets = vec![Vec3::ZERO; surface.positions.len()];
         shape.offsets.iter().for_each(|(vertex, offset)| offsets[*vertex as usize] = *offset);
+        offsets.iter_mut().for_each(|offset| *offset = rounded(*offset, steps));
         targets.push(MorphTarget { position: add_positions(output, &offsets)? });
     }
     let primitive = Primitive { attributes: &attributes, indices, material: surface.paint, targets: &targets };
     output.push(List::Meshes, &Mesh { primitives: vec![primitive], name: "", weights: Vec::new(), extras: None })
+}
+
+/// How many steps a unit of length has: a surface is at most 32,768 of them large, which is a tenth of a millimeter of a figure.
+fn steps_of(positions: &[Vec3]) -> f32 {
+    let largest = positions.iter().map(|place| place.abs().max_element()).fold(0.0, f32::max);
+    if largest > 0.0 { 2.0_f32.powf(14.0 - largest.log2().ceil()) } else { 1.0 }
+}
+
+/// Numbers of few digits: nobody sees the others, and what has them is twice as large when it is compressed.
+fn rounded(place: Vec3, steps: f32) -> Vec3 {
+    let rounded = (place * steps).round() / steps;
+    if rounded.is_finite() { rounded } else { place }
+}
+
+/// Indices as short as they can be.
+fn add_indices(output: &mut Output<'_>, indices: &[u32]) -> Result<usize, FormatError> {
+    let short: Option<Vec<u16>> =
+        indices.iter().map(|index| u16::try_from(*index).ok().filter(|index| *index < u16::MAX)).collect();
+    let (view, component) = match &short {
+        Some(short) => (output.add_values(short, Some(Target::Indices))?, Component::UnsignedShort),
+        None => (output.add_values(indices, Some(Target::Indices))?, Component::UnsignedInt),
+    };
+    output.add_accessor(&Accessor::of_view(view, component, indices.len(), Shape::Scalar))
 }
 
 /// The four joints with the largest shares of a vertex, each once, with shares that are 1 together.
@@ -245,6 +275,19 @@ fn add_materials(json: &mut Map<String, Value>, appearance: &Appearance) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rounding_is_not_seen() {
+        let place = Vec3::new(1.234_567_8, -0.000_012, 1.9);
+        let steps = steps_of(&[place]);
+        assert_eq!(steps, 8192.0, "of what is up to 2 large");
+        assert!((rounded(place, steps) - place).abs().max_element() <= 0.5 / 8192.0);
+        assert_eq!(steps_of(&[Vec3::ZERO]), 1.0);
+        let normal = rounded(Vec3::new(0.6, -0.64, 0.48), NORMAL_STEPS);
+        assert!((normal.length() - 1.0).abs() < 0.004, "{normal}");
+        let tiny = Vec3::splat(1e-38);
+        assert!(rounded(tiny, steps_of(&[tiny])).is_finite());
+    }
 
     #[test]
     fn the_largest_shares_of_a_vertex_stay_and_are_one_together() {
