@@ -22,6 +22,13 @@ const FOLLOWED: [(&str, Option<&str>); 6] = [
 ];
 /// What moves more slowly than this, in meters per second, stands: its jerk is noise.
 const MIN_SPEED: f64 = 0.02;
+/// Positions that are compared lie at least so far apart: as those of 60 frames per second do.
+const MIN_STEP_SECONDS: f64 = 1.0 / 61.0;
+/// Frames that such positions lie apart at most.
+const MAX_SPACING: usize = 15;
+/// Jerk in m/s³ that nobody sees of a body whose leg is a meter long, and which both sides have beside their own: a shake of a tenth of a
+/// millimeter from frame to frame at 30 per second has it. Without, half a centimeter of rise and fall beside a very smooth source counts as rough.
+const UNSEEN_JERK: f64 = 20.0;
 /// Share of the source's roughest frames that is left out.
 const ROUGHEST: f64 = 0.02;
 const NOTHING_MOVES: &str = "no pelvis, hand, foot or head moves, or the clip has fewer than four frames";
@@ -29,6 +36,8 @@ const NOTHING_MOVES: &str = "no pelvis, hand, foot or head moves, or the clip ha
 /// What is looked at.
 pub(super) struct Smoothness {
     followed: Vec<Followed>,
+    /// Length of a leg of the source, in meters.
+    leg: f64,
 }
 
 struct Followed {
@@ -41,7 +50,7 @@ struct Followed {
     size: f64,
 }
 
-/// Both sides over four neighboring frames.
+/// Both sides over four frames.
 struct Step {
     frame: usize,
     /// From the first to the last of them.
@@ -83,7 +92,7 @@ impl Smoothness {
         for leg in rigs.target.roles.keys().filter(is_leg) {
             follow(leg, last_joint(rigs, leg), first_joint(rigs, leg));
         }
-        Self { followed }
+        Self { followed, leg: sizes.source.leg.unwrap_or(1.0) }
     }
 
     /// Mean jerk over mean speed, target over source: size does not count, roughness does. The worst of all ends. A target that
@@ -105,7 +114,8 @@ impl Smoothness {
                 continue;
             }
             let pace = target.speed.max(source.speed * followed.size);
-            let ratio = (target.jerk / pace) / (source.jerk / source.speed);
+            let rough = |pace: Pace, size: f64| pace.jerk + UNSEEN_JERK * self.leg * size;
+            let ratio = (rough(target, followed.size) / pace) / (rough(source, 1.0) / source.speed);
             reading.parts.insert(followed.role.clone(), ratio);
             let roughest = steps.iter().max_by(|first, second| first.target.jerk.total_cmp(&second.target.jerk));
             let frame = roughest.map_or(0, |step| compared.frames.indices[step.frame]);
@@ -117,20 +127,21 @@ impl Smoothness {
 }
 
 impl Followed {
-    /// Every four neighboring frames. Keys may lie unevenly, so jerk is the third divided difference.
+    /// Every four frames as far apart as [`spacing`] says. Keys may lie unevenly, so jerk is the third divided difference.
     fn steps(&self, compared: &Compared) -> Vec<Step> {
         let mut steps = Vec::with_capacity(compared.len());
         for run in &compared.frames.runs {
-            for frame in run.start..run.end.saturating_sub(3) {
-                let times = [0, 1, 2, 3].map(|step| compared.times_seconds[frame + step]);
+            let apart = spacing(&compared.times_seconds[run.clone()]);
+            for frame in run.start..run.end.saturating_sub(3 * apart) {
+                let times = [0, 1, 2, 3].map(|step| compared.times_seconds[frame + step * apart]);
                 let seconds = times[3] - times[0];
                 let [source, target] = [&compared.source, &compared.target].map(|motion| {
-                    let places = [0, 1, 2, 3].map(|step| self.position(motion, frame + step));
+                    let places = [0, 1, 2, 3].map(|step| self.position(motion, frame + step * apart));
                     let speed = places[3].distance(places[0]) / seconds;
                     Pace { jerk: third_derivative(places, times).length(), speed }
                 });
                 if source.jerk.is_finite() && target.jerk.is_finite() {
-                    steps.push(Step { frame: frame + 1, seconds, source, target });
+                    steps.push(Step { frame: frame + apart, seconds, source, target });
                 }
             }
         }
@@ -141,6 +152,16 @@ impl Followed {
         let carrier = self.carrier.map_or(DVec3::ZERO, |carrier| motion.position(frame, carrier));
         motion.position(frame, self.slot) - carrier
     }
+}
+
+/// How many frames apart positions are compared. The noise of a capture grows with the third power of the frame rate until its jerk
+/// outweighs all that is seen: a shake of a tenth of a millimeter at 120 frames per second is rougher than any walk. An odd number, so that a
+/// shake from frame to frame is still seen.
+fn spacing(times_seconds: &[f64]) -> usize {
+    let [Some(first), Some(last)] = [times_seconds.first(), times_seconds.last()] else { return 1 };
+    let mean = (last - first) / (times_seconds.len() - 1).max(1) as f64;
+    let is_far = |apart: &usize| mean * *apart as f64 >= MIN_STEP_SECONDS;
+    (1..MAX_SPACING).step_by(2).find(is_far).unwrap_or(MAX_SPACING)
 }
 
 /// Six times the third divided difference: exact for cubics, however the times lie.
@@ -165,6 +186,13 @@ impl Pace {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn frames_that_follow_faster_than_is_seen_are_compared_farther_apart() {
+        let apart = |fps: f64| spacing(&(0..50).map(|frame| f64::from(frame) / fps).collect::<Vec<_>>());
+        assert_eq!([24.0, 30.0, 60.0, 100.0, 120.0, 240.0].map(apart), [1, 1, 1, 3, 3, 5]);
+        assert_eq!([spacing(&[]), spacing(&[0.0]), spacing(&[0.0; 9])], [1, 15, 15], "no time passes");
+    }
 
     #[test]
     fn jerk_does_not_depend_on_where_the_keys_lie() {

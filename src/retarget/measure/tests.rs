@@ -264,6 +264,27 @@ fn shaking_raises_the_jerk() {
 }
 
 #[test]
+fn noise_of_a_fast_capture_is_no_jerk() {
+    let scene = walker();
+    // An arm that swings, at 120 frames per second.
+    let fast = |noise: f64| {
+        let swung = clip(&scene.skeleton, 480, |frame, pose| {
+            let side = if frame * 7919 % 13 < 6 { 1.0 } else { -1.0 };
+            let angle = 0.5 * (frame as f64 / 120.0 * std::f64::consts::TAU).sin() + side * noise;
+            turn(pose, &scene.skeleton, "mixamorig:LeftArm", DQuat::from_rotation_x(angle));
+        });
+        let times = swung.times_seconds().iter().map(|seconds| seconds * FPS / 120.0).collect();
+        Clip::new("fast".into(), times, swung.joints().to_vec()).expect("a valid clip")
+    };
+    // Less than a tenth of a millimeter at the hand.
+    let measures = measured(&scene, &fast(0.0), &fast(0.000_12), ReportDetail::Summary);
+    let jerk = &measures.metrics[&MetricName::JerkRatio];
+    assert!(jerk.parts["left_hand"] < 1.15, "nobody sees it: {jerk:?}");
+    let measures = measured(&scene, &fast(0.0), &fast(0.02), ReportDetail::Summary);
+    assert!(measures.metrics[&MetricName::JerkRatio].parts["left_hand"] > 2.0, "a centimeter is seen");
+}
+
+#[test]
 fn a_pelvis_that_shakes_over_feet_that_stand_raises_the_jerk() {
     let scene = walker();
     let (skeleton, walk) = (&scene.skeleton, &scene.clips[0]);

@@ -73,17 +73,13 @@ fn has_files(schema: &Value) -> bool {
 /// they are given, and empty where they are given a form.
 const ONE_SHOTS: [&str; 3] = ["retarget", "edit", "pose"];
 
-/// Operations on files that have been uploaded: their JSON can be sent as it is.
-const BY_ASSET: [&str; 4] = ["create_job", "suggest", "check_config", "explain"];
-
-/// The body of a request: bytes before forms before JSON, since many generators see the first alone; but what is asked about uploaded files
-/// is asked in JSON.
+/// The body of a request: bytes before forms before JSON, since many generators see the first alone; but a job is asked for in JSON.
 fn order_request(content: &mut Map<String, Value>, id: &str, forms: &Value) {
     let mut before = std::mem::take(content);
     if ONE_SHOTS.contains(&id) {
         before.remove(JSON);
     }
-    let is_second = BY_ASSET.contains(&id) && before.contains_key(JSON);
+    let is_second = id == "create_job" && before.contains_key(JSON);
     let order = if is_second { [JSON, FORM, BYTES] } else { [BYTES, FORM, JSON] };
     for media_type in order {
         let Some(mut body) = before.remove(media_type) else { continue };
