@@ -88,6 +88,14 @@ impl Assets {
         self.jobs.keep_files(owner, files).await
     }
 
+    /// Keeps a file that was made here, as if it had been uploaded.
+    ///
+    /// # Errors
+    /// As [`Self::begin`] and [`Self::keep`].
+    pub async fn keep_bytes(&self, owner: &Principal, file_name: &str, bytes: &[u8]) -> Result<AssetRecord, Refusal> {
+        self.jobs.keep_bytes(owner, file_name, bytes).await
+    }
+
     /// A file's record.
     ///
     /// # Errors
@@ -252,17 +260,21 @@ impl Jobs {
         ids: &BTreeSet<&AssetId>,
     ) -> Result<BTreeMap<AssetId, AssetRecord>, Refusal> {
         let mut kept = BTreeMap::new();
-        for id in ids {
-            if let Some(asset) = self.0.built_in_assets.iter().find(|asset| asset.is_named(id)) {
-                let bytes = (asset.bytes)();
-                let mut upload = self.begin_upload(asset.file_name, Some(bytes.len() as u64)).await?;
-                upload.write(&bytes).await?;
-                // One record for each file.
-                let (record, _) = self.keep_files(owner, vec![upload.finish(None).await?]).await?.swap_remove(0);
-                kept.insert((*id).clone(), record);
+        for asset in self.0.built_in_assets {
+            let named = asset.id();
+            if let Some(id) = ids.iter().find(|id| id.as_str() == named) {
+                kept.insert((*id).clone(), self.keep_bytes(owner, asset.file_name, &(asset.bytes)()).await?);
             }
         }
         Ok(kept)
+    }
+
+    /// Keeps a file that was made here, as if it had been uploaded.
+    async fn keep_bytes(&self, owner: &Principal, file_name: &str, bytes: &[u8]) -> Result<AssetRecord, Refusal> {
+        let mut upload = self.begin_upload(file_name, Some(bytes.len() as u64)).await?;
+        upload.write(bytes).await?;
+        // One record for each file.
+        Ok(self.keep_files(owner, vec![upload.finish(None).await?]).await?.swap_remove(0).0)
     }
 }
 

@@ -84,51 +84,52 @@ pub fn render(cast: &Cast<'_>, view: &View, format: PictureFormat, control: &Con
         return Err(PictureError::new(detail).into());
     }
     let studios = Studios::new(view.size);
-    let draw = |indices: Vec<usize>| -> Result<Vec<Picture>, Canceled> {
-        let shoot =
-            |index: usize| control.check().map(|()| studios.lend(|studio| stage.picture(studio, times[index], index)));
-        indices.into_par_iter().with_max_len(1).map(shoot).collect()
-    };
+    let shoot =
+        |index: usize| control.check().map(|()| studios.lend(|studio| stage.picture(studio, times[index], index)));
     if !format.moves() {
-        let picture = sheet(draw((0..times.len()).collect())?, view.sheet);
+        let picture = sheet(each((0..times.len()).collect(), &shoot)?, view.sheet);
         let size = [picture.width, picture.height];
         return Ok(Film { bytes: format.still(&picture)?, size, frames: 1, sights: stage.sights() });
     }
     let fps = fps(view, format);
     let motion = Motion::new(format, size, fps, times.len(), view.background == Background::Transparent)?;
-    let bytes = moving(motion, times.len(), &draw, &studios, control)?;
+    let bytes = moving(motion, times.len(), &shoot, &studios, control)?;
     Ok(Film { bytes, size, frames: times.len(), sights: stage.sights() })
+}
+
+/// Does something for each of some frames, in parallel.
+fn each<T: Send>(
+    indices: Vec<usize>,
+    work: &(impl Fn(usize) -> Result<T, Canceled> + Sync),
+) -> Result<Vec<T>, Canceled> {
+    indices.into_par_iter().with_max_len(1).map(work).collect()
 }
 
 /// Draws frames and encodes them, a few at a time.
 fn moving(
     mut motion: Motion,
     count: usize,
-    draw: &(impl Fn(Vec<usize>) -> Result<Vec<Picture>, Canceled> + Sync),
+    shoot: &(impl Fn(usize) -> Result<Picture, Canceled> + Sync),
     studios: &Studios,
     control: &Control,
 ) -> Result<Vec<u8>, FilmError> {
     // The palette of a GIF comes from a few frames of all of it. Where they are not too large, they are drawn once only.
-    let mut learned: BTreeMap<usize, Frame> = BTreeMap::new();
+    let mut pictures: Vec<(usize, Picture)> = Vec::new();
     if motion.wants_palette() {
         let indices: BTreeSet<usize> = frames_learned_from(count).into_iter().collect();
-        let pictures = draw(indices.iter().copied().collect())?;
-        motion.learn(&pictures);
-        if pictures.iter().map(|picture| picture.pixels.len()).sum::<usize>() <= MAX_PIXELS_KEPT {
-            let preparation = motion.preparation();
-            learned =
-                indices.into_iter().zip(pictures.into_iter().map(|picture| preparation.frame(picture).0)).collect();
+        let learned = each(indices.iter().copied().collect(), shoot)?;
+        motion.learn(&learned);
+        if learned.iter().map(|picture| picture.pixels.len()).sum::<usize>() <= MAX_PIXELS_KEPT {
+            pictures = indices.into_iter().zip(learned).collect();
         }
     }
     let preparation = motion.preparation();
-    let frames = |indices: Vec<usize>| -> Result<Vec<Frame>, Canceled> {
-        let frame = |index: usize| {
-            let picture = draw(vec![index])?.swap_remove(0);
-            let (frame, spare) = preparation.frame(picture);
-            studios.keep(spare);
-            Ok(frame)
-        };
-        indices.into_par_iter().with_max_len(1).map(frame).collect()
+    let mut learned: BTreeMap<usize, Frame> =
+        pictures.into_iter().map(|(index, picture)| (index, preparation.frame(picture).0)).collect();
+    let frame = |index: usize| {
+        let (frame, spare) = preparation.frame(shoot(index)?);
+        studios.keep(spare);
+        Ok(frame)
     };
     let chunk = FRAMES_AT_ONCE * rayon::current_num_threads().max(1);
     let mut drawn: Vec<Frame> = Vec::new();
@@ -138,7 +139,7 @@ fn moving(
         let missing: Vec<usize> = indices.clone().filter(|index| !learned.contains_key(index)).collect();
         // What is drawn is encoded while the next is.
         let before = std::mem::take(&mut drawn);
-        let (encoded, next) = rayon::join(|| motion.add_frames(before), || frames(missing));
+        let (encoded, next) = rayon::join(|| motion.add_frames(before), || each(missing, &frame));
         studios.keep(encoded?);
         let mut next = next?.into_iter();
         drawn = indices.filter_map(|index| learned.remove(&index).or_else(|| next.next())).collect();

@@ -107,11 +107,7 @@ async fn keep_sample(
     let Some(sample) = Sample::ALL.iter().find(|sample| sample.name == name) else {
         return Err(Problem::new(Code::NotFound, "the studio has no such sample"));
     };
-    let bytes = sample.bytes();
-    let mut upload = assets.begin(&name, Some(bytes.len() as u64)).await?;
-    upload.write(&bytes).await?;
-    let (asset, _) = assets.keep(&owner, upload.finish(None).await?).await?;
-    Ok(Json(asset.into()))
+    Ok(Json(assets.keep_bytes(&owner, &name, &sample.bytes()).await?.into()))
 }
 
 /// The page runs its own scripts and asks its own service. It may be shown inside pages of the origins that may call the service.

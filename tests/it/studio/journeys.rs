@@ -64,9 +64,8 @@ fn what_the_page_of_the_api_sends_by_itself_is_taken() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let server = serve(data.path(), &[]);
-    let [source, target] = ["walk.glb", "mannequin.glb"].map(|name| {
-        let path = folder.path().join(name);
-        let sample = samples::Sample::ALL.into_iter().find(|sample| sample.name == name).expect("a sample");
+    let [source, target, _] = samples::Sample::ALL.map(|sample| {
+        let path = folder.path().join(sample.name);
         std::fs::write(&path, sample.bytes()).expect("written");
         path.to_string_lossy().into_owned()
     });

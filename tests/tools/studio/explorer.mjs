@@ -39,13 +39,9 @@ await withStudio(url, async (page) => {
   const uploaded = await executed(upload);
   assert.ok([200, 201].includes(uploaded.status), `an upload: ${uploaded.text}`);
 
-  const expected = { jobs: { create_job: [202] }, batches: { create_batch: [202] } };
-  for (const [tag, operations] of Object.entries(expected)) {
-    for (const [operation, statuses] of Object.entries(operations)) {
-      const block = await tried(page, tag, operation);
-      const answer = await executed(block);
-      assert.ok(statuses.includes(answer.status), `${operation}: ${answer.status} ${answer.text}`);
-    }
+  for (const [tag, operation] of [["jobs", "create_job"], ["batches", "create_batch"]]) {
+    const answer = await executed(await tried(page, tag, operation));
+    assert.equal(answer.status, 202, `${operation}: ${answer.text}`);
   }
   console.log(JSON.stringify({ tried: 4 }));
 }, { path: "/docs/api/" });
