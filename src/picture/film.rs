@@ -26,8 +26,9 @@ const MAX_FRAMES: usize = 1800;
 const MAX_PIXELS: usize = 1_000_000_000;
 /// Pixels of frames that are kept until it is their turn.
 const MAX_PIXELS_KEPT: usize = 1 << 21;
-/// Frames that one thread draws while those before are encoded.
-const FRAMES_AT_ONCE: usize = 2;
+/// Frames that one thread draws while those before are encoded: at least, and at most where they are small until then. The more there are, the
+/// less do threads wait for one another.
+const FRAMES_AT_ONCE: [usize; 2] = [2, 8];
 /// Milliseconds for which a moving picture of a figure that does not move is shown.
 const STILL_SECONDS: f64 = 2.0;
 
@@ -93,7 +94,7 @@ pub fn render(cast: &Cast<'_>, view: &View, format: PictureFormat, control: &Con
     }
     let fps = fps(view, format);
     let motion = Motion::new(format, size, fps, times.len(), view.background == Background::Transparent)?;
-    let bytes = moving(motion, times.len(), &shoot, &studios, control)?;
+    let bytes = moving(motion, times.len(), size[0] * size[1], &shoot, &studios, control)?;
     Ok(Film { bytes, size, frames: times.len(), sights: stage.sights() })
 }
 
@@ -105,10 +106,11 @@ fn each<T: Send>(
     indices.into_par_iter().with_max_len(1).map(work).collect()
 }
 
-/// Draws frames and encodes them, a few at a time.
+/// Draws frames of so many pixels and encodes them, a few at a time.
 fn moving(
     mut motion: Motion,
     count: usize,
+    pixels: usize,
     shoot: &(impl Fn(usize) -> Result<Picture, Canceled> + Sync),
     studios: &Studios,
     control: &Control,
@@ -131,11 +133,15 @@ fn moving(
         studios.keep(spare);
         Ok(frame)
     };
-    let chunk = FRAMES_AT_ONCE * rayon::current_num_threads().max(1);
-    let mut drawn: Vec<Frame> = Vec::new();
-    for begin in (0..count).step_by(chunk) {
+    let threads = rayon::current_num_threads().max(1);
+    let [few, many] = FRAMES_AT_ONCE;
+    let at_once = if preparation.is_compact() { (MAX_PIXELS_KEPT / pixels.max(1)).clamp(few, many) } else { few };
+    let (mut drawn, mut begin): (Vec<Frame>, usize) = (Vec::new(), 0);
+    while begin < count {
         control.check()?;
-        let indices = begin..(begin + chunk).min(count);
+        // Fewer and fewer, since one thread encodes the last of them alone.
+        let indices = begin..(begin + ((count - begin) / 2).clamp(threads, at_once * threads)).min(count);
+        begin = indices.end;
         let missing: Vec<usize> = indices.clone().filter(|index| !learned.contains_key(index)).collect();
         // What is drawn is encoded while the next is.
         let before = std::mem::take(&mut drawn);

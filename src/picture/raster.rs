@@ -11,6 +11,10 @@ pub(super) const SAMPLES: usize = 2;
 const LANES: usize = 4;
 /// What is wider than this is looked at only where a row of it is.
 const WIDE: usize = 16;
+/// Samples along each side of a tile, of which the farthest is known.
+const TILE: usize = 8;
+/// More than what the distance of a sample is off from those of its corners by rounding.
+const ROUNDING: f32 = 1.0 + 1e-5;
 
 /// The samples of one picture.
 #[derive(Debug)]
@@ -21,6 +25,9 @@ pub(super) struct Raster {
     nearness: Vec<f32>,
     /// sRGB and how much of it is there.
     colors: Vec<[u8; 4]>,
+    /// The least nearness of all samples of each tile when [`Raster::find_hidden_tiles`] was called; as samples only come nearer, there is none
+    /// below it. Nothing where it was not.
+    farthest: Vec<f32>,
     /// The smallest rectangle that holds all that was drawn: left, top, right, bottom.
     touched: [usize; 4],
     /// From 0 to 255.
@@ -83,6 +90,7 @@ impl Raster {
             height,
             nearness: vec![0.0; width * height + LANES],
             colors: vec![[0; 4]; width * height],
+            farthest: Vec::new(),
             touched: [width, height, 0, 0],
             to_srgb: (0..=STEPS).map(|step| encode(step as f32 / STEPS as f32)).collect(),
             to_linear: std::array::from_fn(decode),
@@ -102,6 +110,39 @@ impl Raster {
         for row in self.touched_rows() {
             self.nearness[row].fill(0.0);
         }
+        self.farthest.clear();
+    }
+
+    /// Looks up what each tile hides, so that triangles behind what is drawn so far need not be looked at sample by sample.
+    pub(super) fn find_hidden_tiles(&mut self) {
+        let (columns, rows) = self.tiles();
+        self.farthest.clear();
+        self.farthest.resize(columns * rows, 0.0);
+        let [left, top, right, bottom] = self.touched;
+        for row in top / TILE..bottom / TILE {
+            for column in left / TILE..right / TILE {
+                let lines = (row * TILE..(row + 1) * TILE)
+                    .map(|line| &self.nearness[line * self.width + column * TILE..][..TILE]);
+                let least = |line: &[f32]| line.iter().copied().fold(f32::INFINITY, f32::min);
+                self.farthest[row * columns + column] = lines.map(least).fold(f32::INFINITY, f32::min);
+            }
+        }
+    }
+
+    /// How many tiles there are across and down.
+    const fn tiles(&self) -> (usize, usize) {
+        (self.width.div_ceil(TILE), self.height.div_ceil(TILE))
+    }
+
+    /// Whether all samples in a rectangle, right and bottom excluded, are known to be nearer than that.
+    #[inline]
+    fn is_hidden(&self, nearness: f32, [left, top, right, bottom]: [usize; 4]) -> bool {
+        let (columns, _) = self.tiles();
+        !self.farthest.is_empty()
+            && (top / TILE..=(bottom - 1) / TILE).all(|row| {
+                let tiles = &self.farthest[row * columns..][left / TILE..=(right - 1) / TILE];
+                tiles.iter().all(|farthest| *farthest >= nearness)
+            })
     }
 
     /// Gives all that is drawn so far some opacity.
@@ -167,6 +208,9 @@ impl Raster {
         let [left, right] = covered(a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x), self.width);
         let [top, bottom] = covered(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y), self.height);
         if left >= right || top >= bottom {
+            return;
+        }
+        if self.is_hidden(a.z.max(b.z).max(c.z) * ROUNDING, [left, top, right, bottom]) {
             return;
         }
         let [begin, above, end, below] = self.touched;

@@ -26,6 +26,9 @@ const RIM: f32 = 0.35;
 /// What is below the floor, linear.
 const SUNK: Vec3 = Vec3::new(1.0, 0.05, 0.04);
 
+/// So few triangles are drawn sooner than it is known where they are hidden.
+const FEW: usize = 500;
+
 /// A figure that moves, as pictures need it.
 #[derive(Clone, Debug)]
 pub struct Subject<'a> {
@@ -246,6 +249,9 @@ impl Studio {
             } else {
                 self.raster.triangle(camera, corners, brush);
             }
+        }
+        if self.later.len() > FEW {
+            self.raster.find_hidden_tiles();
         }
         for triangle in &self.later {
             self.raster.triangle(camera, triangle.map(|corner| &self.corners[corner as usize]), brush);

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::super::{Picture, error::PictureError};
 use super::{
-    lzw::{self, Distances},
+    lzw::{self, Costs},
     refused,
 };
 
@@ -16,10 +16,8 @@ const BUCKETS: usize = 1 << (3 * BITS);
 /// Colors of the palette; one more is nothing.
 const COLORS: usize = 255;
 const NOTHING: u8 = 255;
-/// Colors that differ by no more are shown as one where a pixel has the other already: gray by 8.5 of 255.
+/// Colors that differ by no more are shown as one where a pixel has the other already, or where that makes the file smaller: gray by 8.5 of 255.
 const NEAR: i32 = 730;
-/// Colors that differ by no more are shown as one where that makes the file smaller: gray by 8.5 of 255.
-const NEAR_BESIDE: i32 = 730;
 /// Pixels that the palette is taken from.
 const LEARNED: usize = 1 << 20;
 
@@ -28,7 +26,10 @@ pub(in crate::picture) struct Palette {
     colors: Vec<[u8; 3]>,
     /// The color that is nearest to each bucket, of those that have been asked for.
     nearest: Vec<OnceLock<u8>>,
-    distances: Distances,
+    /// Of what is shown in place of a color.
+    changing: Costs,
+    /// The same for a pixel that may stay as it is.
+    staying: Costs,
 }
 
 /// Frames of one moving picture.
@@ -45,7 +46,7 @@ pub(in crate::picture) struct Writer {
 
 impl Palette {
     const fn empty() -> Self {
-        Self { colors: Vec::new(), nearest: Vec::new(), distances: Distances::none() }
+        Self { colors: Vec::new(), nearest: Vec::new(), changing: Costs::none(), staying: Costs::none() }
     }
 
     /// By median cut over the colors of some frames.
@@ -65,17 +66,30 @@ impl Palette {
             sums.iter().enumerate().filter(|(_, sum)| sum[3] > 0).map(|(bucket, sum)| (bucket, sum[3])).collect();
         let mut palette: Vec<[u8; 3]> = median_cut(colors).iter().map(|part| mean(part, &sums)).collect();
         palette.resize(COLORS, [0; 3]);
-        let distances = Distances::new(|one, other| {
-            let [one, other] = [one, other].map(|color| palette.get(usize::from(color)));
-            u16::try_from(distance(*one?, *other?)).ok().filter(|distance| *distance < Distances::TOO_FAR)
-        });
-        Self { colors: palette, nearest: (0..BUCKETS).map(|_| OnceLock::new()).collect(), distances }
+        let near = |wanted: u8, shown: u8| {
+            let [wanted, shown] = [wanted, shown].map(|color| palette.get(usize::from(color)));
+            let distance = distance(*wanted?, *shown?);
+            u16::try_from(distance + 1).ok().filter(|_| distance <= NEAR)
+        };
+        Self {
+            changing: Costs::new(|wanted, shown| if shown == wanted { Some(0) } else { near(wanted, shown) }),
+            staying: Costs::new(|wanted, shown| if shown == NOTHING { Some(0) } else { near(wanted, shown) }),
+            nearest: (0..BUCKETS).map(|_| OnceLock::new()).collect(),
+            colors: palette,
+        }
     }
 
     /// A picture in colors of the palette.
     pub(in crate::picture) fn shown(&self, picture: &Picture) -> Vec<u8> {
         let nearest = |bucket: usize| *self.nearest[bucket].get_or_init(|| nearest(&self.colors, middle(bucket)));
-        let color = |pixel: &[u8; 4]| if pixel[3] < 128 { NOTHING } else { nearest(bucket(*pixel)) };
+        // Most pixels are as the one before.
+        let mut last = ([0; 4], NOTHING);
+        let color = |pixel: &[u8; 4]| {
+            if *pixel != last.0 {
+                last = (*pixel, if pixel[3] < 128 { NOTHING } else { nearest(bucket(*pixel)) });
+            }
+            last.1
+        };
         picture.pixels.iter().map(color).collect()
     }
 }
@@ -138,7 +152,7 @@ impl Writer {
         let [width, height] = self.size;
         let before = self.before.as_deref();
         let stays = |at: usize| match before {
-            Some(before) => i32::from(self.palette.distances.between(wanted[at], before[at])) <= NEAR,
+            Some(before) => self.palette.changing.of(before[at])[usize::from(wanted[at])] < Costs::TOO_MUCH,
             None => wanted[at] == NOTHING,
         };
         // Where the frame before is taken away, there is nothing around the figure already.
@@ -146,20 +160,13 @@ impl Writer {
         let changed = if is_whole { Some([0, 0, width, height]) } else { moved(width, height, stays) };
         let [left, top, right, bottom] = changed.unwrap_or([0, 0, 1, 1]);
         let places = (top..bottom).flat_map(|row| row * width + left..row * width + right);
-        let (mut pixels, mut may_stay) = (Vec::new(), Vec::new());
-        for at in places.clone() {
-            let stays = stays(at);
-            pixels.push(if stays { NOTHING } else { wanted[at] });
-            may_stay.push(stays.then_some(wanted[at]));
-        }
+        let own: Vec<u8> = places.clone().map(|at| wanted[at]).collect();
+        let mut pixels: Vec<u8> = places.clone().map(|at| if stays(at) { NOTHING } else { wanted[at] }).collect();
         // In place of what may stay, its new color or one that is near it will do as well.
-        let buffer = lzw::pack(&mut pixels, |at, own, color| match (color == own, may_stay[at]) {
-            (true, _) => 0,
-            (false, Some(NOTHING)) => Distances::TOO_FAR,
-            (false, stays) => {
-                let distance = self.palette.distances.between(stays.unwrap_or(own), color);
-                if i32::from(distance) <= NEAR_BESIDE { distance + 1 } else { Distances::TOO_FAR }
-            }
+        let Palette { changing, staying, .. } = &*self.palette;
+        let buffer = lzw::pack(&mut pixels, |at, color| match color {
+            NOTHING => staying.of(own[at]),
+            _ => changing.of(color),
         });
         let mut shown = before.map_or_else(|| vec![NOTHING; width * height], <[u8]>::to_vec);
         for (at, color) in places.zip(pixels).filter(|(_, color)| *color != NOTHING) {

@@ -6,71 +6,78 @@ const FIRST: u16 = 258;
 const CODES: usize = 4096;
 const NONE: u16 = u16::MAX;
 
-/// How far each color of a palette is from each other one; [`Distances::TOO_FAR`] where it cannot be shown instead.
-pub(super) struct Distances(Vec<u16>);
+/// What it costs to show a color in place of another one, 0 for the best; [`Costs::TOO_MUCH`] where it cannot be shown.
+pub(super) struct Costs(Vec<[u16; 256]>);
 
-impl Distances {
-    pub(super) const TOO_FAR: u16 = u16::MAX;
+impl Costs {
+    pub(super) const TOO_MUCH: u16 = u16::MAX;
 
     /// Of no colors.
     pub(super) const fn none() -> Self {
         Self(Vec::new())
     }
 
-    /// As a function of two colors says.
-    pub(super) fn new(distance: impl Fn(u8, u8) -> Option<u16>) -> Self {
-        let all = (0..=u16::MAX).map(|pair| distance((pair >> 8) as u8, pair as u8).unwrap_or(Self::TOO_FAR));
-        Self(all.collect())
+    /// As a function of the wanted color and of the one that is shown says.
+    pub(super) fn new(cost: impl Fn(u8, u8) -> Option<u16>) -> Self {
+        let row = |wanted| std::array::from_fn(|shown| cost(wanted, shown as u8).unwrap_or(Self::TOO_MUCH));
+        Self((0..=u8::MAX).map(row).collect())
     }
 
+    /// Where a color is wanted, by the one that is shown.
     #[inline]
-    pub(super) fn between(&self, one: u8, other: u8) -> u16 {
-        self.0[usize::from(one) << 8 | usize::from(other)]
+    pub(super) fn of(&self, wanted: u8) -> &[u16; 256] {
+        &self.0[usize::from(wanted)]
     }
 }
 
-/// Strings of colors that were seen: each is one that is shorter and a color.
+/// A string of colors that was seen: one that is shorter and a color.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// The latest string that is longer by one color.
+    first_longer: u16,
+    /// The one before this that is longer than the same by one color.
+    next: u16,
+    color: u8,
+}
+
 struct Strings {
-    first_longer: Vec<u16>,
-    next: Vec<u16>,
-    color: Vec<u8>,
+    seen: Vec<Seen>,
     count: u16,
 }
 
 impl Strings {
     fn new() -> Self {
-        let color = (0..CODES).map(|code| code as u8).collect();
-        Self { first_longer: vec![NONE; CODES], next: vec![NONE; CODES], color, count: FIRST }
+        let seen = |code| Seen { first_longer: NONE, next: NONE, color: code as u8 };
+        Self { seen: (0..CODES).map(seen).collect(), count: FIRST }
     }
 
     fn clear(&mut self) {
-        self.first_longer.fill(NONE);
+        self.seen.iter_mut().for_each(|seen| seen.first_longer = NONE);
         self.count = FIRST;
     }
 
-    /// The string that is longer by a color that costs least; nothing where there is none that may be.
+    /// The string that is longer by a color that costs least, and that color; nothing where there is none that may be.
     #[inline]
-    fn longer(&self, string: u16, cost: impl Fn(u8) -> u16) -> Option<u16> {
-        let (mut best, mut least) = (None, Distances::TOO_FAR);
-        let mut longer = self.first_longer[usize::from(string)];
-        while longer != NONE {
-            let cost = cost(self.color[usize::from(longer)]);
+    fn longer(&self, string: u16, costs: &[u16; 256]) -> Option<(u16, u8)> {
+        let (mut best, mut least) = (None, Costs::TOO_MUCH);
+        let mut code = self.seen[usize::from(string)].first_longer;
+        while let Some(seen) = self.seen.get(usize::from(code)) {
+            let cost = costs[usize::from(seen.color)];
             if cost < least {
-                (best, least) = (Some(longer), cost);
+                (best, least) = (Some((code, seen.color)), cost);
                 if cost == 0 {
                     break;
                 }
             }
-            longer = self.next[usize::from(longer)];
+            code = seen.next;
         }
         best
     }
 
     fn add(&mut self, string: u16, color: u8) {
-        let new = usize::from(self.count);
-        self.color[new] = color;
-        self.next[new] = self.first_longer[usize::from(string)];
-        self.first_longer[usize::from(string)] = self.count;
+        let shorter = &mut self.seen[usize::from(string)];
+        let next = std::mem::replace(&mut shorter.first_longer, self.count);
+        self.seen[usize::from(self.count)] = Seen { first_longer: NONE, next, color };
         self.count += 1;
     }
 }
@@ -101,9 +108,9 @@ impl Bits {
     }
 }
 
-/// Packs pixels as GIF has them, the size of the smallest code first. `cost` says what it costs to show a color in place of a pixel's own, 0 for the
-/// best of them; pixels become what is shown.
-pub(super) fn pack(pixels: &mut [u8], cost: impl Fn(usize, u8, u8) -> u16) -> Vec<u8> {
+/// Packs pixels as GIF has them, the size of the smallest code first. `costs` gives those of a pixel by its place and its own color; pixels become
+/// what is shown.
+pub(super) fn pack<'a>(pixels: &mut [u8], costs: impl Fn(usize, u8) -> &'a [u16; 256]) -> Vec<u8> {
     let mut bits = Bits { bytes: Vec::with_capacity(pixels.len() / 4 + 16), waiting: 0, count: 0 };
     bits.bytes.push(8);
     let (mut strings, mut size) = (Strings::new(), 9);
@@ -115,9 +122,8 @@ pub(super) fn pack(pixels: &mut [u8], cost: impl Fn(usize, u8, u8) -> u16) -> Ve
             string = u16::from(own);
             continue;
         }
-        if let Some(longer) = strings.longer(string, |color| cost(at, own, color)) {
-            *pixel = strings.color[usize::from(longer)];
-            string = longer;
+        if let Some((longer, color)) = strings.longer(string, costs(at, own)) {
+            (*pixel, string) = (color, longer);
             continue;
         }
         bits.push(string, size);
@@ -176,7 +182,8 @@ mod tests {
         for (count, colors) in [(64, 1), (64, 256), (510, 256), (512, 256), (768, 256), (64_000, 2), (64_000, 256)] {
             let pixels = noise(count, colors);
             let mut shown = pixels.clone();
-            let packed = pack(&mut shown, |_, own, color| if own == color { 0 } else { Distances::TOO_FAR });
+            let exact = Costs::new(|wanted, shown| (wanted == shown).then_some(0));
+            let packed = pack(&mut shown, |_, own| exact.of(own));
             assert_eq!(shown, pixels, "no other color may be shown");
             assert_eq!(read(2, packed, count), pixels, "{count} pixels of {colors} colors");
         }
@@ -185,12 +192,12 @@ mod tests {
     #[test]
     fn near_colors_make_it_smaller() {
         let pixels = noise(64_000, 16);
-        let distances = |most: u16| {
-            Distances::new(move |one, other| Some(u16::from(one.abs_diff(other))).filter(|distance| *distance <= most))
+        let costs = |most: u16| {
+            Costs::new(move |wanted, shown| Some(u16::from(wanted.abs_diff(shown))).filter(|cost| *cost <= most))
         };
         let sizes = [0, 1, 2].map(|most| {
-            let (distances, mut shown) = (distances(most), pixels.clone());
-            let packed = pack(&mut shown, |_, own, color| distances.between(own, color));
+            let (costs, mut shown) = (costs(most), pixels.clone());
+            let packed = pack(&mut shown, |_, own| costs.of(own));
             let worst = shown.iter().zip(&pixels).map(|(shown, own)| shown.abs_diff(*own)).max();
             assert!(worst.is_some_and(|worst| u16::from(worst) <= most), "{worst:?} where {most} may be");
             let count = packed.len();

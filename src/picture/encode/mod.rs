@@ -111,6 +111,11 @@ pub(super) enum Frame {
 pub(super) struct Preparation(Option<Arc<gif::Palette>>);
 
 impl Preparation {
+    /// Whether a frame takes less room than its picture.
+    pub(super) const fn is_compact(&self) -> bool {
+        self.0.is_some()
+    }
+
     /// A frame, and the picture where that is not needed any more.
     pub(super) fn frame(&self, picture: Picture) -> (Frame, Option<Picture>) {
         match &self.0 {
