@@ -1,6 +1,8 @@
 //! Rest poses turned until they look alike, direction and roll; poses as files; the retarget-pose editor. What comes out is
 //! looked at from outside: world matrices of what was written.
 
+mod moments;
+
 use glam::{DMat4, DQuat, DVec3, Quat};
 use retargetd::{
     engine::{Format, Inputs, Limits, NamedBytes, Outcome, retarget},
@@ -381,43 +383,6 @@ fn a_body_without_any_pose_gets_a_t_pose() {
     }
 }
 
-#[test]
-fn captures_without_a_rest_pose_are_measured_from_a_frame() {
-    for path in ["bvh/rokoko/jesse_dance.bvh", "bvh/geno/Geno_bind.bvh"] {
-        let Some(path) = corpus_file(path) else { continue };
-        let figure = Figure::read(&path);
-        let view = figure.inspection.rigs.first().expect("a body");
-        assert!(["standing_frame", "solved"].contains(&view.rest_source), "{}: {}", figure.file_name, view.rest_source);
-        assert_ne!(view.rest_reason, "", "{}: why", figure.file_name);
-        assert_eq!((view.kind, view.up.is_some()), ("biped", true), "{}: a body that stands", figure.file_name);
-    }
-}
-
-/// The left foot of its first frame swings with its toes below the ankle, or even behind it.
-#[test]
-fn a_foot_that_swings_in_the_frame_that_is_measured_from_stands_flat_when_it_lands() {
-    let (Some(source), Some(target)) =
-        (corpus_file("bvh/bandai-namco/dataset-1_walk_normal_001.bvh"), corpus_file("readyplayerme/rpm_avatar_a.glb"))
-    else {
-        return;
-    };
-    let (source, target) = (Figure::read(&source), Figure::read(&target));
-    let clip = retargeted(&source.scene, &target.scene, source.clip(), &spec(json!({})));
-    let rest = world(target.skeleton(), None);
-    for side in ["left", "right"] {
-        let [foot, toe] = ["foot", "toe"].map(|part| target.roles[&format!("{side}_{part}")]);
-        let mut poses: Vec<Vec<DMat4>> =
-            (0..clip.frame_count()).map(|frame| world(target.skeleton(), Some((&clip, frame)))).collect();
-        let height = |pose: &Vec<DMat4>| position(pose, foot).y + position(pose, toe).y;
-        poses.sort_by(|one, other| height(one).total_cmp(&height(other)));
-        for pose in poses.iter().take(clip.frame_count() / 10) {
-            let turned = rotation(pose, foot) * rotation(&rest, foot).conjugate();
-            let tilted = (turned * DVec3::Y).angle_between(DVec3::Y).to_degrees();
-            assert!(tilted < 15.0, "the {side} foot is tilted by {tilted:.1} degrees where it stands");
-        }
-    }
-}
-
 /// Feet are on the floor by their mesh: a character that was modeled above it comes down.
 #[test]
 fn soles_count_and_not_joints() {
@@ -485,50 +450,6 @@ fn a_real_character_is_edited_and_keeps_what_it_is_told() {
     let edited = rig("target", &target, &edits).rest;
     let own = rig("target", &target, &RetargetSpec::default()).rest;
     assert!(degrees_between(local(&edited), local(&own)) < 1e-3, "the head is as it was on its neck");
-}
-
-/// A mannequin whose feet slope otherwise between ankle and ball, as those of another shoe do.
-fn with_sloping_feet(degrees: f64) -> Scene {
-    let mut scene = samples::mannequin_scene();
-    let rest = scene.skeleton.rest_pose().to_model(&scene.skeleton);
-    let mut joints = scene.skeleton.joints().to_vec();
-    for ball in ["ball_l", "ball_r"] {
-        let joint = scene.skeleton.find(ball).expect("a ball");
-        let ankle = rest.transforms()[scene.skeleton.parent(joint).expect("an ankle")];
-        let bone = DVec3::new(0.0, -degrees.to_radians().sin(), degrees.to_radians().cos()) * 0.12;
-        joints[joint].rest.translation = ankle.rotation.conjugate() * bone;
-    }
-    scene.skeleton = Skeleton::new(joints).expect("a skeleton");
-    scene
-}
-
-#[test]
-fn feet_are_tilted_as_the_soles_of_the_frame_that_is_measured_from() {
-    let source = samples::walk_scene();
-    let bind = source.skeleton.rest_pose().to_model(&source.skeleton);
-    let pitch = |pose: &ModelPose, skeleton: &Skeleton, ankle: &str, ball: &str| {
-        let place = |name: &str| pose.transforms()[skeleton.find(name).expect("a joint")].translation;
-        (place(ball) - place(ankle)).normalize().y.asin().to_degrees()
-    };
-    for degrees in [5.0, 28.0, 45.0] {
-        let target = with_sloping_feet(degrees);
-        for frame in [0, 9, 18, 27] {
-            let spec = spec(json!({"source": {"rest": {"clip": 0, "frame": frame}}}));
-            let rest = resolved(&source, &target, &source.clips[0], &spec).mapping.target_rest;
-            let posed = source.clips[0].local_pose(&source.skeleton, frame).to_model(&source.skeleton);
-            for (side, ankle, ball) in [("Left", "foot_l", "ball_l"), ("Right", "foot_r", "ball_r")] {
-                let (foot, toe) = (format!("mixamorig:{side}Foot"), format!("mixamorig:{side}ToeBase"));
-                let of_source = |pose: &ModelPose| pitch(pose, &source.skeleton, &foot, &toe);
-                let wanted = of_source(&posed) - of_source(&bind);
-                let found = pitch(&rest, &target.skeleton, ankle, ball) + degrees;
-                // Feet within 5 degrees of flat count as flat.
-                assert!(
-                    (found - wanted).abs() < 6.0,
-                    "{side} foot of {degrees} degrees at {frame}: {found:.1}, not {wanted:.1}"
-                );
-            }
-        }
-    }
 }
 
 /// Exporters end a hand somewhere, often a hair's breadth above the wrist: that is not where the hand points.

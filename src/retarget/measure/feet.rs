@@ -6,7 +6,7 @@
 //!
 //! When the source's feet stand is found from its joints, with or without a mesh.
 
-use glam::{DVec3, swizzles::Vec3Swizzles};
+use glam::{DVec2, DVec3, swizzles::Vec3Swizzles};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -136,16 +136,16 @@ impl Traced<'_> {
         }
     }
 
-    /// How far what stands moves over the floor until the next frame, meters.
-    fn step(&self, is_target: bool, frame: usize) -> f64 {
+    /// How what stands moves over the floor until the next frame, meters.
+    fn step(&self, is_target: bool, frame: usize) -> DVec2 {
         let (skin, positions) = if is_target {
             (self.skin.target, &self.positions.target)
         } else {
             (self.skin.source, &self.positions.source)
         };
         match skin.and_then(|track| track.steps.get(frame)) {
-            Some(step) => step.length(),
-            None => (positions[frame + 1] - positions[frame]).xz().length(),
+            Some(step) => *step,
+            None => (positions[frame + 1] - positions[frame]).xz(),
         }
     }
 }
@@ -283,17 +283,19 @@ impl Feet {
             let still = &traced.standing.source.is_still;
             let mut speed = vec![f64::NAN; compared.len()];
             for (first, last) in intervals(&traced.standing.source.stands) {
-                let (mut slide, mut source_slide, mut steps) = (0.0, 0.0, 0_usize);
-                for frame in (first..last).filter(|frame| still[*frame] && still[frame + 1]) {
-                    let own = traced.step(true, frame) / self.legs.target * CENTIMETERS;
-                    slide += own;
-                    source_slide += traced.step(false, frame) / self.legs.source * CENTIMETERS;
-                    steps += 1;
-                    let seconds = compared.times_seconds[frame + 1] - compared.times_seconds[frame];
-                    speed[frame] = own / seconds.max(1e-9);
-                }
-                if steps == 0 {
+                let frames = || (first..last).filter(|frame| still[*frame] && still[frame + 1]);
+                if frames().next().is_none() {
                     continue;
+                }
+                let slide = |is_target: bool, leg: f64| {
+                    let step = |frame: usize| (compared.times_seconds[frame + 1], traced.step(is_target, frame));
+                    travel(&frames().map(step).collect::<Vec<_>>()) / leg * CENTIMETERS
+                };
+                let (slide, source_slide) = (slide(true, self.legs.target), slide(false, self.legs.source));
+                for frame in frames() {
+                    let seconds = compared.times_seconds[frame + 1] - compared.times_seconds[frame];
+                    speed[frame] =
+                        traced.step(true, frame).length() / self.legs.target * CENTIMETERS / seconds.max(1e-9);
                 }
                 let heights: Vec<f64> = (first..=last).map(|frame| traced.height(true, frame)).collect();
                 let height = mean(&heights);
@@ -501,6 +503,24 @@ fn own_depths(feet: &[Vec<f64>]) -> Vec<f64> {
     feet.iter().flatten().map(|height| (floor - height).max(0.0)).collect()
 }
 
+/// Times of frames are off by less.
+const ROUNDING_SECONDS: f64 = 1e-6;
+
+/// How far a point travels by steps, each with the time at its end: the longest way within a second, or how far it is from begin to end, whichever
+/// is more. The noise of a capture adds up to centimeters over a foot that stands for long, and nobody sees it.
+fn travel(steps: &[(f64, DVec2)]) -> f64 {
+    let (mut first, mut way, mut longest) = (0, 0.0, 0.0_f64);
+    for (seconds, step) in steps {
+        way += step.length();
+        while seconds - steps[first].0 > 1.0 - ROUNDING_SECONDS {
+            way -= steps[first].1.length();
+            first += 1;
+        }
+        longest = longest.max(way);
+    }
+    longest.max(steps.iter().map(|(_, step)| *step).sum::<DVec2>().length())
+}
+
 fn slide_finding(contacts: &[ContactMeasure], bearing: &[&Traced<'_>]) -> Finding {
     if contacts.is_empty() {
         return Err(NO_CONTACT);
@@ -550,4 +570,28 @@ fn disagreement(bearing: &[&Traced<'_>]) -> Finding {
     }
     reading.value = 1.0 - 2.0 * all_both as f64 / all_either as f64;
     Ok(reading)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn walked(count: usize, step: impl Fn(usize) -> DVec2) -> f64 {
+        travel(&(0..count).map(|frame| ((frame + 1) as f64 / 60.0, step(frame))).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn noise_does_not_add_up_and_drift_does() {
+        let shake = |size: f64| move |frame: usize| DVec2::new(if frame.is_multiple_of(2) { size } else { -size }, 0.0);
+        let [second, ten] = [60, 600].map(|count| walked(count, shake(0.0001)));
+        assert!(
+            (second - 0.006).abs() < 1e-9 && (ten - second).abs() < 1e-9,
+            "{second} m within a second, {ten} m in ten"
+        );
+        let drift = walked(600, |_| DVec2::new(0.0, 0.04 / 600.0));
+        assert!((drift - 0.04).abs() < 1e-9, "{drift} m from begin to end");
+        let there_and_back = walked(20, |frame| DVec2::new(if frame < 10 { 0.002 } else { -0.002 }, 0.0));
+        assert!((there_and_back - 0.04).abs() < 1e-9, "{there_and_back} m there and back");
+        assert!(walked(0, |_| DVec2::ONE).abs() < f64::EPSILON, "no step");
+    }
 }

@@ -5,7 +5,7 @@ use glam::Quat;
 use super::metric::{Finding, Reading};
 use crate::{
     model::{Clip, Skeleton, Track},
-    retarget::mapping::Mapping,
+    retarget::mapping::{Mapping, TwistAgainst},
     rig::Rig,
 };
 
@@ -71,7 +71,7 @@ pub(super) fn rotation_steps(
                 continue;
             }
             let own = step_degrees(rotations, frame);
-            let drivers = drivers.get_or_insert_with(|| drivers_of(mapping, source, result.joints().len()));
+            let drivers = drivers.get_or_insert_with(|| drivers_of(mapping, source, target.skeleton()));
             let of_source: f64 = drivers[joint]
                 .iter()
                 .map(|&driver| match &source_clip.joints()[driver].rotation {
@@ -108,8 +108,9 @@ fn step_degrees(rotations: &[Quat], frame: usize) -> f64 {
     (2.0 * step.xyz().length().atan2(step.w.abs())).to_degrees()
 }
 
-/// The source joints whose turns a target joint may show: its chain's, and those above that drive nothing themselves.
-fn drivers_of(mapping: &Mapping, source: &Skeleton, joints: usize) -> Vec<Vec<usize>> {
+/// The source joints whose turns a target joint may show: its chain's, and those above that drive nothing themselves; of a joint that takes a share
+/// of a twist, those of what twists; of one that rides another than its parent, those of all that lie between.
+fn drivers_of(mapping: &Mapping, source: &Skeleton, target: &Skeleton) -> Vec<Vec<usize>> {
     let mut drives = vec![false; source.len()];
     for chain in &mapping.chains {
         let further = chain.also.iter().flat_map(|further| &further.source);
@@ -127,7 +128,7 @@ fn drivers_of(mapping: &Mapping, source: &Skeleton, joints: usize) -> Vec<Vec<us
         }
         found
     };
-    let mut drivers = vec![Vec::new(); joints];
+    let mut drivers = vec![Vec::new(); target.len()];
     for chain in &mapping.chains {
         let mut found = with_idle_above(&chain.source);
         found.extend(chain.also.iter().flat_map(|further| with_idle_above(&further.source)));
@@ -135,6 +136,29 @@ fn drivers_of(mapping: &Mapping, source: &Skeleton, joints: usize) -> Vec<Vec<us
     }
     if let Some(pelvis) = &mapping.pelvis {
         drivers[pelvis.target] = with_idle_above(&[pelvis.source]);
+    }
+    let own = drivers.clone();
+    let mut add = |joint: usize, from: usize| {
+        let missing: Vec<usize> = own[from].iter().copied().filter(|driver| !drivers[joint].contains(driver)).collect();
+        drivers[joint].extend(missing);
+    };
+    for twist in &mapping.twists {
+        let (TwistAgainst::Carrier { joint: end, .. } | TwistAgainst::End { joint: end, .. }) = twist.against;
+        add(twist.joint, twist.segment);
+        add(twist.joint, end);
+    }
+    let carries = |joint: usize| {
+        let ride = mapping.rides.iter().find(|ride| ride.joint == joint);
+        ride.map_or_else(|| target.parent(joint), |ride| Some(ride.on))
+    };
+    for ride in &mapping.rides {
+        let is_above = |joint: usize| {
+            std::iter::successors(target.parent(ride.joint), |above| target.parent(*above)).any(|above| above == joint)
+        };
+        for joint in std::iter::successors(Some(ride.on), |joint| carries(*joint)).take_while(|joint| !is_above(*joint))
+        {
+            add(ride.joint, joint);
+        }
     }
     drivers
 }

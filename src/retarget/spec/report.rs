@@ -209,7 +209,7 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: true,
         weight: 3.0,
-        about: "how far a foot travels over the floor while the source's foot stands, per contact, at 1 m leg length; 95th percentile over contacts",
+        about: "how far a foot travels over the floor while the source's foot stands, per contact, at 1 m leg length: its longest way within a second, or from begin to end where that is more; 95th percentile over contacts",
     },
     MetricInfo {
         metric: MetricName::FloorPenetration,

@@ -60,11 +60,18 @@ impl Rules<'_> {
                 .all(|(own, wanted)| (whole * self.scene(own)).angle_between(self.scene(wanted)) <= SAME_BEND_RADIANS)
         };
         if curves.as_ref().is_none_or(|curves| self.mode == Align::Auto && is_like(curves)) {
+            if part == "spine" && self.is_moment() {
+                return self.shared(pair, role, (own, wanted), &bones);
+            }
             if part == "neck" && self.is_same_neck(pair, own, wanted) {
                 self.wish(first, role, Aim::Face { turn: self.body_turn, own, wanted, how: HowAligned::Kept }, None);
             } else {
-                let wanted = if part == "neck" { self.bowed(pair, own, wanted) } else { wanted };
-                self.wish(first, role, Aim::Point { own, wanted, pole }, roll);
+                let aim = if part == "neck" && self.is_moment() && self.is_free(pair) {
+                    Aim::Bent { own, wanted: self.bowed(own, wanted), pole }
+                } else {
+                    Aim::Point { own, wanted, pole }
+                };
+                self.wish(first, role, aim, roll);
             }
             for (position, &joint) in pair.target.iter().enumerate().skip(1) {
                 self.wish(joint, role, Aim::Follow { first, bone: bones.get(position).copied() }, None);
@@ -76,6 +83,22 @@ impl Rules<'_> {
         }
     }
 
+    /// A spine as a whole whose joints share how it is twisted against what carries it: hips and shoulders of a frame of a clip are turned
+    /// against one another as the body was, and by no single joint.
+    fn shared(&mut self, pair: &NamedPair, role: &str, (own, wanted): (DVec3, DVec3), bones: &[(DVec3, DVec3)]) {
+        let (base, pole) = (self.target.skeleton().parent(pair.target[0]), self.pole(role));
+        for (position, &joint) in pair.target.iter().enumerate() {
+            let share = (position + 1) as f64 / pair.target.len() as f64;
+            let bone = if position == 0 { Some((own, wanted)) } else { bones.get(position).copied() };
+            self.wish(joint, role, Aim::Shared { own, wanted, pole, base, share, bone }, self.roll(role));
+        }
+    }
+
+    /// Whether what the rests of both sides have in common is a moment of a motion, and the rules decide what is made of it.
+    pub(super) fn is_moment(&self) -> bool {
+        self.mode == Align::Auto && self.is_laid_out() == Some(false)
+    }
+
     /// Whether a neck differs from the source's by no more than riggers differ about where its joint is, so that it keeps how it is
     /// made: turned by that difference it would be bent where the source's is straight, and the head back again.
     fn is_same_neck(&self, pair: &NamedPair, own: DVec3, wanted: DVec3) -> bool {
@@ -84,13 +107,8 @@ impl Rules<'_> {
     }
 
     /// Where a neck is to point that is measured from a frame of a clip.
-    fn bowed(&self, pair: &NamedPair, own: DVec3, wanted: DVec3) -> DVec3 {
-        if self.is_laid_out() != Some(false) || !self.is_free(pair) {
-            return wanted;
-        }
-        let own = self.body_turn * own;
-        let angle = own.angle_between(wanted);
-        if angle <= f64::EPSILON { wanted } else { own.slerp(wanted, bow(angle) / angle) }
+    fn bowed(&self, own: DVec3, wanted: DVec3) -> DVec3 {
+        bowed(self.body_turn * own, wanted)
     }
 
     /// Whether somebody laid out the rest poses of both rigs; nothing where the source is no rig.
@@ -134,6 +152,12 @@ impl Rules<'_> {
         let bones = curves.own.iter().map(|bone| self.scene(bone.direction));
         bones.zip(leading_to(&curves.own, &bent, whole)).collect()
     }
+}
+
+/// A direction that goes along with another one as a neck does.
+pub(super) fn bowed(own: DVec3, wanted: DVec3) -> DVec3 {
+    let angle = own.angle_between(wanted);
+    if angle <= f64::EPSILON { wanted } else { own.slerp(wanted, bow(angle) / angle) }
 }
 
 /// How far a neck is bowed that differs by an angle; both in radians. Smooth, and never less for a larger angle.

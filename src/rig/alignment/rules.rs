@@ -2,6 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::twist_angle;
+
 use super::{
     super::{named_pair::NamedPair, rig::Rig, spec::Align},
     HowAligned,
@@ -14,6 +16,9 @@ use super::{
 
 /// Bodies that face this close to one another face the same way, in radians: feet and shoulders are never quite even.
 const SAME_HEADING_RADIANS: f64 = 0.035;
+
+/// How much of a trunk's lean in a frame of a clip its pelvis takes.
+const PELVIS_SHARE: f64 = 0.5;
 
 /// How a part finds its direction.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -67,6 +72,8 @@ fn rule(part: &str, from_nothing: bool) -> Rule {
 pub(super) enum Aim {
     /// Carried along by its parent, then until `own` points along `wanted`; over `pole` where the two are opposite.
     Point { own: DVec3, wanted: DVec3, pole: DVec3 },
+    /// The same, but no farther than a neck is bent where nobody can tell how it is.
+    Bent { own: DVec3, wanted: DVec3, pole: DVec3 },
     /// From its own orientation, about the up axis only.
     Head { own: DVec3, wanted: DVec3 },
     /// From its own orientation by this much.
@@ -75,6 +82,11 @@ pub(super) enum Aim {
     Face { turn: DQuat, own: DVec3, wanted: DVec3, how: HowAligned },
     /// Carried along by its parent, then by this much.
     Further(DQuat),
+    /// As a whole spine is pointed and rolled, but for a share of how that twists it against `base`: the joints of a spine share what its
+    /// ends differ by. `bone` as of [`Aim::Follow`].
+    Shared { own: DVec3, wanted: DVec3, pole: DVec3, base: Option<usize>, share: f64, bone: Option<(DVec3, DVec3)> },
+    /// From its own orientation by this much, and half as far about the up axis as its parent was turned beyond that.
+    Between(DQuat),
     /// By what its chain's first joint was turned by. `bone`: its own bone, and the source's at the same place of the chain, where
     /// they are to be compared.
     Follow { first: usize, bone: Option<(DVec3, DVec3)> },
@@ -188,7 +200,17 @@ impl Rules<'_> {
             }
             _ => self.body_turn,
         };
-        self.wish(joint, "pelvis", Aim::Turn(turn), None);
+        self.wish(joint, "pelvis", Aim::Turn(self.leaning(turn, line.map(|(_, wanted)| wanted))), None);
+    }
+
+    /// A pelvis goes half of the way along with a trunk that leans in a frame of a clip, about its hips: nobody can tell from such a frame how
+    /// the pelvis is pitched, and all of a lean in the lowest joint of the spine would be a kink.
+    fn leaning(&self, turn: DQuat, hips: Option<DVec3>) -> DQuat {
+        let toward = |look: &Look<'_>| ["neck", "head"].iter().find_map(|end| look.toward("spine", end));
+        let lines = toward(&self.own).zip(toward(self.source));
+        let Some((hips, (own, wanted))) = hips.zip(lines).filter(|_| self.is_moment()) else { return turn };
+        let lean = arc(turn * self.scene(own), self.scene(wanted), self.pole("spine"));
+        DQuat::from_axis_angle(hips, twist_angle(lean, hips) * PELVIS_SHARE) * turn
     }
 
     fn pair(&mut self, pair: &NamedPair) {
@@ -302,7 +324,8 @@ impl Rules<'_> {
     fn face(&mut self, joint: usize, role: &str) {
         let is_known = |(own, wanted): &(Face, Face)| [own, wanted].iter().any(|face| face.cue != RollCue::Convention);
         let Some((own, wanted)) = self.own.face().zip(self.source.face()).filter(is_known) else {
-            return self.wish(joint, role, Aim::Turn(self.body_turn), None);
+            let aim = if self.is_moment() { Aim::Between(self.body_turn) } else { Aim::Turn(self.body_turn) };
+            return self.wish(joint, role, aim, None);
         };
         let scene = self.target.canonical_from_scene;
         let whole = scene.conjugate() * wanted.frame() * own.frame().conjugate() * scene;

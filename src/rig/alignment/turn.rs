@@ -2,12 +2,13 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::model::{ModelPose, Transform};
+use crate::model::{ModelPose, Transform, rotation::twist_angle};
 
 use super::{
     super::{rig::Rig, spec::Align},
     AlignedJoint, Alignment, HowAligned,
     arc::arc,
+    curve::bowed,
     rules::{Aim, Roll, Wish},
     stand::regrounded,
 };
@@ -31,11 +32,19 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
                 Aim::Head { own, wanted } => arc(own, wanted, target.up()),
                 Aim::Further(turn) => turn * carried,
                 Aim::Follow { first, .. } => turns[first],
-                Aim::Point { own, wanted, pole } => {
-                    let pointed = arc(carried * own, wanted, pole) * carried;
-                    let roll = wish.roll.filter(|_| mode != Align::Direction);
-                    let degrees = roll.map_or(0.0, |roll| roll_to_make(&roll, pointed, wanted, pole, mode));
-                    DQuat::from_axis_angle(wanted, degrees.to_radians()) * pointed
+                Aim::Point { own, wanted, pole } => pointed(wish, (own, wanted), pole, carried, mode),
+                Aim::Bent { own, wanted, pole } => {
+                    pointed(wish, (own, bowed(carried * own, wanted)), pole, carried, mode)
+                }
+                Aim::Shared { own, wanted, pole, base, share, .. } => {
+                    let carried = base.map_or(DQuat::IDENTITY, |base| turns[base]);
+                    let whole = pointed(wish, (own, wanted), pole, carried, mode);
+                    let twist = twist_angle(whole * carried.conjugate(), wanted);
+                    DQuat::from_axis_angle(wanted, (share - 1.0) * twist) * whole
+                }
+                Aim::Between(turn) => {
+                    let beyond = twist_angle(carried * turn.conjugate(), target.up());
+                    DQuat::from_axis_angle(target.up(), beyond / 2.0) * turn
                 }
             },
         };
@@ -52,6 +61,14 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
         return Alignment { rest: target.rest.clone(), joints };
     }
     Alignment { rest: regrounded(target, ModelPose::new(turned)), joints }
+}
+
+/// Carried along, then pointed from one direction to another, then rolled.
+fn pointed(wish: &Wish, (own, wanted): (DVec3, DVec3), pole: DVec3, carried: DQuat, mode: Align) -> DQuat {
+    let pointed = arc(carried * own, wanted, pole) * carried;
+    let roll = wish.roll.filter(|_| mode != Align::Direction);
+    let degrees = roll.map_or(0.0, |roll| roll_to_make(&roll, pointed, wanted, pole, mode));
+    DQuat::from_axis_angle(wanted, degrees.to_radians()) * pointed
 }
 
 /// By how many degrees a joint is rolled that has been pointed already.
@@ -87,14 +104,14 @@ fn roll_degrees(roll: &Roll, turn: DQuat, along: DVec3) -> Option<f64> {
 /// What is left between a joint and what was wished of it.
 fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoint {
     let (how, directions) = match wish.aim {
-        Aim::Point { own, wanted, .. } => {
+        Aim::Point { own, wanted, .. } | Aim::Bent { own, wanted, .. } => {
             let has_roll = wish.roll.is_some_and(|roll| roll.of_part_below.is_none());
             let how = if has_roll && mode != Align::Direction { HowAligned::Full } else { HowAligned::Direction };
             (how, Some((own, wanted)))
         }
         Aim::Head { own, wanted } => (HowAligned::Heading, Some((own, wanted))),
-        Aim::Follow { bone, .. } => (HowAligned::Whole, bone),
-        Aim::Turn(_) => (HowAligned::Kept, None),
+        Aim::Follow { bone, .. } | Aim::Shared { bone, .. } => (HowAligned::Whole, bone),
+        Aim::Turn(_) | Aim::Between(_) => (HowAligned::Kept, None),
         Aim::Further(_) => (HowAligned::Sloped, None),
         Aim::Face { own, wanted, how, .. } => (how, Some((own, wanted))),
     };

@@ -238,6 +238,72 @@ fn a_figure_that_rests_in_the_air_is_looked_at_where_its_clip_stands() {
     assert!(depth < 0.1, "it stands on the floor: {depth} cm in it");
 }
 
+/// Jumps of a result on a rig that differs from the source's.
+fn rotation_jumps((source, source_clip): (&Scene, &Clip), (target, result): (&Scene, &Clip)) -> f64 {
+    let (spec, mut reporter) = (RetargetSpec::default(), Reporter::new());
+    let from = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a rig");
+    let onto = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a rig");
+    let mapping = resolve(&spec, &from, &onto, source_clip, &mut reporter).expect("it maps").mapping;
+    let choice = ReportChoice::Detail(ReportDetail::Summary);
+    value(&measure(&mapping, &from, &onto, source_clip, result, &choice, &[]), MetricName::RotationJumps)
+}
+
+/// A joint of the forearm takes half of what the hand is turned by: it follows the hand, as fast as that turns.
+#[test]
+fn a_twist_that_follows_a_fast_hand_does_not_jump() {
+    let (source, mut target) = (walker(), walker());
+    let mut joints = target.skeleton.joints().to_vec();
+    let forearm = joint(&target.skeleton, "mixamorig:LeftForeArm").0;
+    let half = joint(&target.skeleton, "mixamorig:LeftHand").1.translation * 0.5;
+    let rest = Transform { translation: half, ..Transform::IDENTITY };
+    let node = joints.len();
+    joints.push(Joint { name: "LeftForeArmTwist".into(), parent: Some(forearm), rest, is_joint: true, node });
+    target.skeleton = Skeleton::new(joints).expect("valid");
+    let along = half.normalize();
+    let turned = |frame: usize, by: f64| DQuat::from_axis_angle(along, if frame.is_multiple_of(2) { 0.0 } else { by });
+    let waving = |scene: &Scene, hand: f64, twist: f64| {
+        clip(&scene.skeleton, 10, |frame, pose| {
+            turn(pose, &scene.skeleton, "mixamorig:LeftHand", turned(frame, hand));
+            if scene.skeleton.find("LeftForeArmTwist").is_some() {
+                turn(pose, &scene.skeleton, "LeftForeArmTwist", turned(frame, twist));
+            }
+        })
+    };
+    let jumps =
+        |hand: f64| rotation_jumps((&source, &waving(&source, hand, 0.0)), (&target, &waving(&target, hand, 0.4)));
+    close(jumps(0.8), 0.0, 0.0, "the hand turns twice as much");
+    close(jumps(0.1), 9.0, 0.0, "the hand hardly turns");
+}
+
+/// A foot that hangs from the root of its rig and is carried by the shin: seen from the root it turns with the whole leg.
+#[test]
+fn a_loose_foot_that_turns_with_its_leg_does_not_jump() {
+    let (source, mut target) = (walker(), walker());
+    let model = target.skeleton.rest_pose().to_model(&target.skeleton);
+    let foot = joint(&target.skeleton, "mixamorig:LeftFoot").0;
+    let mut joints = target.skeleton.joints().to_vec();
+    joints[foot].parent = Some(0);
+    let [root, placed] = [0, foot].map(|joint| model.transforms()[joint]);
+    let root_from_model = root.rotation.conjugate();
+    joints[foot].rest = Transform {
+        translation: root_from_model * (placed.translation - root.translation),
+        rotation: root_from_model * placed.rotation,
+        ..placed
+    };
+    target.skeleton = Skeleton::new(joints).expect("valid");
+    let turned = |frame: usize, by: f64| DQuat::from_rotation_x(if frame.is_multiple_of(2) { 0.0 } else { by });
+    let kicking = |by: f64| {
+        clip(&source.skeleton, 10, |frame, pose| {
+            turn(pose, &source.skeleton, "mixamorig:LeftUpLeg", turned(frame, by));
+        })
+    };
+    let result = clip(&target.skeleton, 10, |frame, pose| {
+        turn(pose, &target.skeleton, "mixamorig:LeftFoot", turned(frame, 0.6));
+    });
+    close(rotation_jumps((&source, &kicking(0.6)), (&target, &result)), 0.0, 0.0, "its leg turns as much");
+    close(rotation_jumps((&source, &kicking(0.1)), (&target, &result)), 9.0, 0.0, "its leg hardly turns");
+}
+
 /// The helpers of Unreal's rigs follow hands and move nothing: seen from each other they turn fast.
 #[test]
 fn helpers_that_move_no_vertex_do_not_jump() {
@@ -255,12 +321,7 @@ fn helpers_that_move_no_vertex_do_not_jump() {
         let entries: Vec<(u32, SkinPoint)> =
             skinned.iter().map(|joint| (u32::try_from(*joint).expect("few joints"), point)).collect();
         scene.skin_points = SkinPoints::new(scene.skeleton.len(), &entries);
-        let (spec, mut reporter) = (RetargetSpec::default(), Reporter::new());
-        let from = Rig::new("source", &source, None, &spec.source, &mut reporter).expect("a rig");
-        let onto = Rig::new("target", &scene, None, &spec.target, &mut reporter).expect("a rig");
-        let mapping = resolve(&spec, &from, &onto, &still, &mut reporter).expect("it maps").mapping;
-        let choice = ReportChoice::Detail(ReportDetail::Summary);
-        value(&measure(&mapping, &from, &onto, &still, &jumping, &choice, &[]), MetricName::RotationJumps)
+        rotation_jumps((&source, &still), (&scene, &jumping))
     };
     close(jumps(&[0]), 0.0, 0.0, "it moves no vertex");
     close(jumps(&[0, helper]), 9.0, 0.0, "it moves one");
