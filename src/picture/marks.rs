@@ -108,12 +108,15 @@ impl Marks {
             }
         }
         let shown = self.rings.iter().filter(|ring| (ring.seconds - seconds).abs() <= RING_SECONDS);
-        for (row, ring) in shown.take(MAX_TEXTS).enumerate() {
+        let mut top = 16 * size;
+        for ring in shown.take(MAX_TEXTS) {
             if let Some(at) = place(ring.joint) {
                 circle(picture, at, shorter * 0.045 + 2.0, Some(shorter * 0.006 + 1.0), ring.grade.color());
             }
-            let top = (6 + 10 * (row + 1)) * size;
-            text::write(picture, &ring.text, [6 * size, top], size, ring.grade.color());
+            for line in text::lines(&ring.text, picture.width.saturating_sub(12 * size), size) {
+                text::write(picture, &line, [6 * size, top], size, ring.grade.color());
+                top += 10 * size;
+            }
         }
         if let Some(strip) = &self.strip {
             self.draw_strip(picture, strip, seconds, [first, last]);

@@ -55,6 +55,19 @@ const GLYPHS: [(char, [u8; 7]); 46] = [
 /// Pixels from one letter to the next, at size 1.
 const ADVANCE: usize = 6;
 
+/// A text in lines that are no wider than so many pixels, broken where there are spaces; a word that is wider has a line of its own.
+pub(super) fn lines(text: &str, width: usize, size: usize) -> Vec<String> {
+    let letters = width / (ADVANCE * size.max(1));
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut().filter(|line| line.chars().count() + 1 + word.chars().count() <= letters) {
+            Some(line) => line.extend([" ", word]),
+            None => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// Writes a text with its upper left corner at a place; each pixel of a letter is `size` pixels wide. Small letters become capitals, and what
 /// is outside the picture is left out.
 pub(super) fn write(picture: &mut Picture, text: &str, [left, top]: [usize; 2], size: usize, color: [u8; 3]) {
@@ -76,5 +89,20 @@ pub(super) fn write(picture: &mut Picture, text: &str, [left, top]: [usize; 2], 
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lines;
+
+    #[test]
+    fn a_text_is_broken_where_it_would_not_fit() {
+        let text = "LIMB DIRECTION 9.1 DEGREES, LEFT THIGH";
+        assert_eq!(lines(text, 230, 1), [text], "38 letters of 6 pixels");
+        assert_eq!(lines(text, 227, 1), ["LIMB DIRECTION 9.1 DEGREES, LEFT", "THIGH"]);
+        assert_eq!(lines(text, 227, 2), ["LIMB DIRECTION 9.1", "DEGREES, LEFT", "THIGH"], "letters twice as wide");
+        assert_eq!(lines("ABCDEF GH", 12, 1), ["ABCDEF", "GH"], "nothing is left out");
+        assert!(lines("", 100, 1).is_empty());
     }
 }

@@ -31,7 +31,8 @@ const MAX_SPACING: usize = 15;
 const UNSEEN_JERK: f64 = 20.0;
 /// Share of the source's roughest frames that is left out.
 const ROUGHEST: f64 = 0.02;
-const NOTHING_MOVES: &str = "no pelvis, hand, foot or head moves, or the clip has fewer than four frames";
+const NOTHING_MOVES: &str =
+    "no pelvis, hand, foot or head moves, or the clip has fewer than four frames at 60 per second or less";
 
 /// What is looked at.
 pub(super) struct Smoothness {
