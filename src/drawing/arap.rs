@@ -265,4 +265,105 @@ mod tests {
             assert!(place.distance(wanted) < 1e-5, "{place} {wanted}");
         }
     }
+
+    /// Least squares by Gaussian elimination of the normal equations: rows of shares by unknown, each with what it is to be.
+    fn dense(count: usize, rows: &[(Vec<(usize, f64)>, f64)]) -> Vec<f64> {
+        let mut matrix = vec![vec![0.0; count + 1]; count];
+        for (row, wanted) in rows {
+            for &(one, left) in row {
+                row.iter().for_each(|&(other, right)| matrix[one][other] += left * right);
+                matrix[one][count] += left * wanted;
+            }
+        }
+        for column in 0..count {
+            let best = (column..count).max_by(|a, b| matrix[*a][column].abs().total_cmp(&matrix[*b][column].abs()));
+            matrix.swap(column, best.expect("a row"));
+            let pivot = matrix[column].clone();
+            for row in &mut matrix[column + 1..] {
+                let share = row[column] / pivot[column];
+                row.iter_mut().zip(&pivot).skip(column).for_each(|(value, above)| *value -= share * above);
+            }
+        }
+        let mut solved = vec![0.0; count];
+        for row in (0..count).rev() {
+            let sum: f64 = (row + 1..count).map(|column| matrix[row][column] * solved[column]).sum();
+            solved[row] = (matrix[row][count] - sum) / matrix[row][row];
+        }
+        solved
+    }
+
+    /// The paper's two steps in real numbers: x and y of a vertex are two unknowns of the first, and the second is solved for each.
+    fn by_the_paper(vertices: &[DVec2], triangles: &[[usize; 3]], pins: &[(Pin, DVec2)]) -> Vec<DVec2> {
+        let neighbors = neighbors(vertices.len(), triangles);
+        let pinned = |rows: &mut Vec<(Vec<(usize, f64)>, f64)>, unknown: &dyn Fn(usize) -> usize, axis: usize| {
+            for (pin, target) in pins {
+                let row = pin.iter().map(|&(vertex, share)| (unknown(vertex), PIN_WEIGHT * share)).collect();
+                rows.push((row, PIN_WEIGHT * target[axis]));
+            }
+        };
+        let mut edges: Vec<(usize, usize, Vec<usize>)> = Vec::new();
+        for one in 0..vertices.len() {
+            for &other in neighbors[one].iter().filter(|other| one < **other) {
+                let wings = neighbors[one].iter().copied().filter(|wing| neighbors[other].contains(wing));
+                edges.push((one, other, std::iter::once(other).chain(wings).collect()));
+            }
+        }
+        let mut rows = Vec::new();
+        for (one, other, around) in &edges {
+            // Cosine and sine, each as shares of the unknowns: what turns and stretches the way to those around from rest with the least squares.
+            let ways: Vec<DVec2> = around.iter().map(|vertex| vertices[*vertex] - vertices[*one]).collect();
+            let sum: f64 = ways.iter().map(|way| way.length_squared()).sum();
+            let (mut cosine, mut sine) = (Vec::new(), Vec::new());
+            for (&vertex, way) in around.iter().zip(&ways) {
+                for (end, sign) in [(vertex, 1.0), (*one, -1.0)] {
+                    cosine.extend([(2 * end, sign * way.x / sum), (2 * end + 1, sign * way.y / sum)]);
+                    sine.extend([(2 * end, -sign * way.y / sum), (2 * end + 1, sign * way.x / sum)]);
+                }
+            }
+            let along = vertices[*other] - vertices[*one];
+            for (axis, [by_cosine, by_sine]) in [[along.x, -along.y], [along.y, along.x]].into_iter().enumerate() {
+                let mut row = vec![(2 * other + axis, 1.0), (2 * one + axis, -1.0)];
+                row.extend(cosine.iter().map(|(unknown, share)| (*unknown, -share * by_cosine)));
+                row.extend(sine.iter().map(|(unknown, share)| (*unknown, -share * by_sine)));
+                rows.push((row, 0.0));
+            }
+        }
+        (0..2).for_each(|axis| pinned(&mut rows, &|vertex| 2 * vertex + axis, axis));
+        let first = dense(2 * vertices.len(), &rows);
+        let first: Vec<DVec2> = first.as_chunks::<2>().0.iter().map(|[x, y]| DVec2::new(*x, *y)).collect();
+        let turned = |(one, other, around): &(usize, usize, Vec<usize>)| {
+            let (mut cosine, mut sine) = (0.0, 0.0);
+            for &vertex in around {
+                let (rest, now) = (vertices[vertex] - vertices[*one], first[vertex] - first[*one]);
+                cosine += rest.dot(now);
+                sine += rest.perp_dot(now);
+            }
+            DVec2::new(cosine, sine).normalize().rotate(vertices[*other] - vertices[*one])
+        };
+        let axes = [0, 1].map(|axis| {
+            let row = |edge: &(usize, usize, Vec<usize>)| (vec![(edge.1, 1.0), (edge.0, -1.0)], turned(edge)[axis]);
+            let mut rows: Vec<(Vec<(usize, f64)>, f64)> = edges.iter().map(row).collect();
+            pinned(&mut rows, &|vertex| vertex, axis);
+            dense(vertices.len(), &rows)
+        });
+        axes[0].iter().zip(&axes[1]).map(|(x, y)| DVec2::new(*x, *y)).collect()
+    }
+
+    #[test]
+    fn it_is_what_a_dense_solve_of_the_paper_s_equations_gives() {
+        let (vertices, triangles) = sheet();
+        let points = [DVec2::new(0.05, 0.3), DVec2::new(0.45, 0.3), DVec2::new(0.85, 0.3), DVec2::new(0.45, 0.6)];
+        let arap = Arap::new(&vertices, &triangles, &points, Precision::Double).expect("a mesh with pins");
+        for angle in [0.4, 1.2, 2.5] {
+            let mut bent = points;
+            bent[2] = points[1] + DVec2::from_angle(angle) * 0.4;
+            bent[3] += DVec2::new(0.1, 0.05);
+            let mut deformed = vec![DVec2::ZERO; vertices.len()];
+            arap.deform(&bent, &mut arap.workspace(), &mut deformed);
+            let pins: Vec<(Pin, DVec2)> = arap.pins.iter().copied().zip(bent).collect();
+            let wanted = by_the_paper(&vertices, &triangles, &pins);
+            let worst = deformed.iter().zip(wanted).map(|(one, other)| one.distance(other)).fold(0.0, f64::max);
+            assert!(worst < 1e-9, "{worst} at {angle}");
+        }
+    }
 }

@@ -115,7 +115,9 @@ fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoin
         Aim::Further(_) => (HowAligned::Sloped, None),
         Aim::Face { own, wanted, how, .. } => (how, Some((own, wanted))),
     };
-    let roll = wish.roll.filter(|roll| roll.of_part_below.is_none()).zip(directions);
+    // Joints that share a twist are not to have all of it.
+    let has_all = !matches!(wish.aim, Aim::Shared { share, .. } if share < 1.0);
+    let roll = wish.roll.filter(|roll| roll.of_part_below.is_none() && has_all).zip(directions);
     AlignedJoint {
         name: wish.name.clone(),
         joint,
