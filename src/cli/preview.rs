@@ -4,6 +4,7 @@ use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
 use crate::{
     engine::{self, Layout, PreviewOptions},
+    jobs::use_small_pages,
     model::Control,
 };
 
@@ -37,6 +38,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
+    use_small_pages();
     match preview(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(exit) => exit.tell(),

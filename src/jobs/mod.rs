@@ -65,6 +65,7 @@ pub use failure::FailureReason;
 pub use fetching::NewFetch;
 pub use isolation::{
     Bounds, ProcessEngine, Program, engine_processes_are, give_way_by, keep_memory_private, serve_engine_process,
+    use_small_pages,
 };
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};

@@ -22,7 +22,7 @@ mod tests;
 mod threads;
 
 pub use child::serve as serve_engine_process;
-pub use limits::{Bounds, keep_memory_private};
+pub use limits::{Bounds, keep_memory_private, use_small_pages};
 pub use priority::give_way_by;
 pub use program::{Program, engine_processes_are};
 

@@ -71,7 +71,7 @@ pub(super) fn rotation_steps(
                 continue;
             }
             let own = step_degrees(rotations, frame);
-            let drivers = drivers.get_or_insert_with(|| drivers_of(mapping, source, target.skeleton()));
+            let drivers = drivers.get_or_insert_with(|| drivers_of(mapping, source, target));
             let of_source: f64 = drivers[joint]
                 .iter()
                 .map(|&driver| match &source_clip.joints()[driver].rotation {
@@ -109,8 +109,10 @@ fn step_degrees(rotations: &[Quat], frame: usize) -> f64 {
 }
 
 /// The source joints whose turns a target joint may show: its chain's, and those above that drive nothing themselves; of a joint that takes a share
-/// of a twist, those of what twists; of one that rides another than its parent, those of all that lie between.
-fn drivers_of(mapping: &Mapping, source: &Skeleton, target: &Skeleton) -> Vec<Vec<usize>> {
+/// of a twist, those of what twists; of toes, which stay flat while the heel rises, those of the foot; of one that rides another than its parent,
+/// those of all that lie between.
+fn drivers_of(mapping: &Mapping, source: &Skeleton, target: &Rig<'_>) -> Vec<Vec<usize>> {
+    let skeleton = target.skeleton();
     let mut drives = vec![false; source.len()];
     for chain in &mapping.chains {
         let further = chain.also.iter().flat_map(|further| &further.source);
@@ -128,7 +130,7 @@ fn drivers_of(mapping: &Mapping, source: &Skeleton, target: &Skeleton) -> Vec<Ve
         }
         found
     };
-    let mut drivers = vec![Vec::new(); target.len()];
+    let mut drivers = vec![Vec::new(); skeleton.len()];
     for chain in &mapping.chains {
         let mut found = with_idle_above(&chain.source);
         found.extend(chain.also.iter().flat_map(|further| with_idle_above(&further.source)));
@@ -147,13 +149,20 @@ fn drivers_of(mapping: &Mapping, source: &Skeleton, target: &Skeleton) -> Vec<Ve
         add(twist.joint, twist.segment);
         add(twist.joint, end);
     }
+    for side in ["left", "right"] {
+        let toe = target.role(&format!("{side}_toe")).first().copied();
+        if let Some((toe, foot)) = toe.zip(toe.and_then(|toe| skeleton.parent(toe))) {
+            add(toe, foot);
+        }
+    }
     let carries = |joint: usize| {
         let ride = mapping.rides.iter().find(|ride| ride.joint == joint);
-        ride.map_or_else(|| target.parent(joint), |ride| Some(ride.on))
+        ride.map_or_else(|| skeleton.parent(joint), |ride| Some(ride.on))
     };
     for ride in &mapping.rides {
         let is_above = |joint: usize| {
-            std::iter::successors(target.parent(ride.joint), |above| target.parent(*above)).any(|above| above == joint)
+            std::iter::successors(skeleton.parent(ride.joint), |above| skeleton.parent(*above))
+                .any(|above| above == joint)
         };
         for joint in std::iter::successors(Some(ride.on), |joint| carries(*joint)).take_while(|joint| !is_above(*joint))
         {

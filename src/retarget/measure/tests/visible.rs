@@ -275,6 +275,22 @@ fn a_twist_that_follows_a_fast_hand_does_not_jump() {
     close(jumps(0.1), 9.0, 0.0, "the hand hardly turns");
 }
 
+/// Toes that stay on the floor while the heel rises turn as fast against the foot as that does, though the source's do not bend.
+#[test]
+fn toes_that_stay_flat_under_a_fast_heel_do_not_jump() {
+    let scene = walker();
+    let pitched = |frame: usize, by: f64| DQuat::from_rotation_x(if frame.is_multiple_of(2) { 0.0 } else { by });
+    let raised = |foot: f64, toe: f64| {
+        clip(&scene.skeleton, 10, |frame, pose| {
+            turn(pose, &scene.skeleton, "mixamorig:LeftFoot", pitched(frame, foot));
+            turn(pose, &scene.skeleton, "mixamorig:LeftToeBase", pitched(frame, toe));
+        })
+    };
+    let jumps = |foot: f64| rotation_jumps((&scene, &raised(foot, 0.0)), (&scene, &raised(foot, -0.5)));
+    close(jumps(0.3), 0.0, 0.0, "the foot turns by more than half of it");
+    close(jumps(0.1), 9.0, 0.0, "the foot hardly turns");
+}
+
 /// A foot that hangs from the root of its rig and is carried by the shin: seen from the root it turns with the whole leg.
 #[test]
 fn a_loose_foot_that_turns_with_its_leg_does_not_jump() {
