@@ -62,12 +62,20 @@ fn move_root(pose: &mut LocalPose, by: DVec3) {
 
 /// The measures of a result on the source's own rig.
 fn measured(scene: &Scene, source: &Clip, result: &Clip, detail: ReportDetail) -> Measures {
-    let spec = RetargetSpec::default();
-    let mut reporter = Reporter::new();
-    let mut rig = |name| Rig::new(name, scene, None, &spec.source, &mut reporter).expect("a rig");
-    let (source_rig, target_rig) = (rig("source"), rig("target"));
-    let mapping = resolve(&spec, &source_rig, &target_rig, source, &mut reporter).expect("it maps").mapping;
-    measure(&mapping, &source_rig, &target_rig, source, result, &ReportChoice::Detail(detail), &[])
+    measured_onto((scene, source), (scene, result), detail)
+}
+
+/// The measures of a result on another rig.
+fn measured_onto(
+    (source, source_clip): (&Scene, &Clip),
+    (target, result): (&Scene, &Clip),
+    detail: ReportDetail,
+) -> Measures {
+    let (spec, mut reporter) = (RetargetSpec::default(), Reporter::new());
+    let from = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a rig");
+    let onto = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a rig");
+    let mapping = resolve(&spec, &from, &onto, source_clip, &mut reporter).expect("it maps").mapping;
+    measure(&mapping, &from, &onto, source_clip, result, &ReportChoice::Detail(detail), &[])
 }
 
 fn value(measures: &Measures, name: MetricName) -> f64 {

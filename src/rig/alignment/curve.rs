@@ -67,7 +67,7 @@ impl Rules<'_> {
                 self.wish(first, role, Aim::Face { turn: self.body_turn, own, wanted, how: HowAligned::Kept }, None);
             } else {
                 let aim = if part == "neck" && self.is_moment() && self.is_free(pair) {
-                    Aim::Bent { own, wanted: self.bowed(own, wanted), pole }
+                    Aim::Bent { own, wanted: bowed(self.body_turn * own, wanted), pole }
                 } else {
                     Aim::Point { own, wanted, pole }
                 };
@@ -86,11 +86,11 @@ impl Rules<'_> {
     /// A spine as a whole whose joints share how it is twisted against what carries it: hips and shoulders of a frame of a clip are turned
     /// against one another as the body was, and by no single joint.
     fn shared(&mut self, pair: &NamedPair, role: &str, (own, wanted): (DVec3, DVec3), bones: &[(DVec3, DVec3)]) {
-        let (base, pole) = (self.target.skeleton().parent(pair.target[0]), self.pole(role));
+        let (base, pole, roll) = (self.target.skeleton().parent(pair.target[0]), self.pole(role), self.roll(role));
         for (position, &joint) in pair.target.iter().enumerate() {
             let share = (position + 1) as f64 / pair.target.len() as f64;
             let bone = if position == 0 { Some((own, wanted)) } else { bones.get(position).copied() };
-            self.wish(joint, role, Aim::Shared { own, wanted, pole, base, share, bone }, self.roll(role));
+            self.wish(joint, role, Aim::Shared { own, wanted, pole, base, share, bone }, roll);
         }
     }
 
@@ -104,11 +104,6 @@ impl Rules<'_> {
     fn is_same_neck(&self, pair: &NamedPair, own: DVec3, wanted: DVec3) -> bool {
         let is_near = (self.body_turn * own).angle_between(wanted) <= SAME_NECK_RADIANS;
         self.is_laid_out() == Some(true) && self.is_free(pair) && is_near
-    }
-
-    /// Where a neck is to point that is measured from a frame of a clip.
-    fn bowed(&self, own: DVec3, wanted: DVec3) -> DVec3 {
-        bowed(self.body_turn * own, wanted)
     }
 
     /// Whether somebody laid out the rest poses of both rigs; nothing where the source is no rig.
@@ -154,7 +149,7 @@ impl Rules<'_> {
     }
 }
 
-/// A direction that goes along with another one as a neck does.
+/// A direction that goes along with another one as a neck does that is measured from a frame of a clip.
 pub(super) fn bowed(own: DVec3, wanted: DVec3) -> DVec3 {
     let angle = own.angle_between(wanted);
     if angle <= f64::EPSILON { wanted } else { own.slerp(wanted, bow(angle) / angle) }

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3, Vec3};
 
-use super::{Measures, Verdict, clip, close, joint, leg, measure, measured, move_root, turn, value, verdict, walker};
+use super::{
+    Measures, Verdict, clip, close, joint, leg, measure, measured, measured_onto, move_root, turn, value, verdict,
+    walker,
+};
 use crate::{
     model::{
         Clip, Influence, Joint, JointTracks, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, SkinVertices, Track,
@@ -239,13 +242,13 @@ fn a_figure_that_rests_in_the_air_is_looked_at_where_its_clip_stands() {
 }
 
 /// Jumps of a result on a rig that differs from the source's.
-fn rotation_jumps((source, source_clip): (&Scene, &Clip), (target, result): (&Scene, &Clip)) -> f64 {
-    let (spec, mut reporter) = (RetargetSpec::default(), Reporter::new());
-    let from = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a rig");
-    let onto = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a rig");
-    let mapping = resolve(&spec, &from, &onto, source_clip, &mut reporter).expect("it maps").mapping;
-    let choice = ReportChoice::Detail(ReportDetail::Summary);
-    value(&measure(&mapping, &from, &onto, source_clip, result, &choice, &[]), MetricName::RotationJumps)
+fn rotation_jumps(source: (&Scene, &Clip), target: (&Scene, &Clip)) -> f64 {
+    value(&measured_onto(source, target, ReportDetail::Summary), MetricName::RotationJumps)
+}
+
+/// An angle at every other frame.
+fn every_other(frame: usize, radians: f64) -> f64 {
+    if frame.is_multiple_of(2) { 0.0 } else { radians }
 }
 
 /// A joint of the forearm takes half of what the hand is turned by: it follows the hand, as fast as that turns.
@@ -260,7 +263,7 @@ fn a_twist_that_follows_a_fast_hand_does_not_jump() {
     joints.push(Joint { name: "LeftForeArmTwist".into(), parent: Some(forearm), rest, is_joint: true, node });
     target.skeleton = Skeleton::new(joints).expect("valid");
     let along = half.normalize();
-    let turned = |frame: usize, by: f64| DQuat::from_axis_angle(along, if frame.is_multiple_of(2) { 0.0 } else { by });
+    let turned = |frame: usize, by: f64| DQuat::from_axis_angle(along, every_other(frame, by));
     let waving = |scene: &Scene, hand: f64, twist: f64| {
         clip(&scene.skeleton, 10, |frame, pose| {
             turn(pose, &scene.skeleton, "mixamorig:LeftHand", turned(frame, hand));
@@ -279,7 +282,7 @@ fn a_twist_that_follows_a_fast_hand_does_not_jump() {
 #[test]
 fn toes_that_stay_flat_under_a_fast_heel_do_not_jump() {
     let scene = walker();
-    let pitched = |frame: usize, by: f64| DQuat::from_rotation_x(if frame.is_multiple_of(2) { 0.0 } else { by });
+    let pitched = |frame: usize, by: f64| DQuat::from_rotation_x(every_other(frame, by));
     let raised = |foot: f64, toe: f64| {
         clip(&scene.skeleton, 10, |frame, pose| {
             turn(pose, &scene.skeleton, "mixamorig:LeftFoot", pitched(frame, foot));
@@ -307,7 +310,7 @@ fn a_loose_foot_that_turns_with_its_leg_does_not_jump() {
         ..placed
     };
     target.skeleton = Skeleton::new(joints).expect("valid");
-    let turned = |frame: usize, by: f64| DQuat::from_rotation_x(if frame.is_multiple_of(2) { 0.0 } else { by });
+    let turned = |frame: usize, by: f64| DQuat::from_rotation_x(every_other(frame, by));
     let kicking = |by: f64| {
         clip(&source.skeleton, 10, |frame, pose| {
             turn(pose, &source.skeleton, "mixamorig:LeftUpLeg", turned(frame, by));
@@ -330,7 +333,7 @@ fn helpers_that_move_no_vertex_do_not_jump() {
     scene.skeleton = Skeleton::new(joints).expect("valid");
     let helper = joint(&scene.skeleton, "ik_hand_gun").0;
     let still = clip(&source.skeleton, 10, |_, _| {});
-    let turned = |frame: usize| DQuat::from_rotation_x(if frame.is_multiple_of(2) { 0.0 } else { 0.8 });
+    let turned = |frame: usize| DQuat::from_rotation_x(every_other(frame, 0.8));
     let jumping = clip(&scene.skeleton, 10, |frame, pose| turn(pose, &scene.skeleton, "ik_hand_gun", turned(frame)));
     let mut jumps = |skinned: &[usize]| {
         let point = SkinPoint { position: Vec3::ZERO, weight: 1.0 };
