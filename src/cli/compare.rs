@@ -1,4 +1,4 @@
-//! The `compare` subcommand: two files at one scale, at the same time of their clips.
+//! The `compare` subcommand: two files at the same time of their clips, at one scale or equally tall.
 
 use std::{path::PathBuf, process::ExitCode, sync::Arc};
 

@@ -86,7 +86,7 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Render a file: a still, a sheet of stills or a moving picture.
     Preview(preview::Arguments),
-    /// Render two files at the same scale and time, side by side or the first as a ghost over the second
+    /// Render two files at the same time, equally tall, side by side or the first as a ghost over the second
     Compare(compare::Arguments),
     /// Show what a retarget of two files would do, and write the config for it.
     Suggest(suggest::Arguments),

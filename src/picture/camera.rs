@@ -96,6 +96,11 @@ impl Camera {
         Self { eye, axes, scale, middle: Vec2::new(width, height) * 0.5, near: 0.02 * distance }
     }
 
+    /// The camera for a world that is so many times as large.
+    pub(super) fn scaled(self, factor: f32) -> Self {
+        Self { eye: self.eye * factor, near: self.near * factor, ..self }
+    }
+
     /// The camera moved by some way.
     pub(super) fn moved(self, by: Vec3) -> Self {
         Self { eye: self.eye + by, ..self }

@@ -1,4 +1,4 @@
-//! Where figures stand, and which cameras see them: one figure, or two at one scale that do the same at the same time.
+//! Where figures stand, and which cameras see them: one figure, or two that do the same at the same time.
 
 use glam::{Vec2, Vec3};
 
@@ -19,6 +19,8 @@ const FITTED_FRAMES: usize = 24;
 const FITTED_VERTICES: usize = 4000;
 /// A figure that travels farther than this, in its heights, is followed.
 const FOLLOWED: f32 = 1.2;
+/// Two figures are seen at one scale unless one is more than so many times as tall as the other: then they are seen equally tall.
+const MAX_RATIO: f32 = 1.25;
 /// What is farther below the floor than this, in meters, is marked.
 const SUNK_METERS: f32 = 0.005;
 
@@ -36,6 +38,8 @@ struct Actor<'a> {
     /// The level of its floor.
     level: f32,
     height: f32,
+    /// How many times as large as it is it is seen.
+    shown_scale: f32,
 }
 
 impl<'a> Actor<'a> {
@@ -62,7 +66,16 @@ impl<'a> Actor<'a> {
         let lowest = || seen.iter().flat_map(|(_, places)| places).map(|place| place.y).fold(f32::INFINITY, f32::min);
         let level = subject.floor.unwrap_or_else(lowest);
         let roots: Vec<Vec3> = times.iter().map(|time| root(*time)).collect();
-        Self { subject, way: vec![Vec3::ZERO; roots.len()], roots, origin: Vec3::ZERO, seen, level, height }
+        Self {
+            subject,
+            way: vec![Vec3::ZERO; roots.len()],
+            roots,
+            origin: Vec3::ZERO,
+            seen,
+            level,
+            height,
+            shown_scale: 1.0,
+        }
     }
 
     fn travels(&self) -> bool {
@@ -86,7 +99,23 @@ impl<'a> Actor<'a> {
 
     /// Its points as a camera sees them that goes along.
     fn points(&self) -> impl Iterator<Item = Vec3> {
-        self.seen.iter().flat_map(|(index, places)| places.iter().map(|place| *place - self.place(*index)))
+        let shown = |index: usize, place: &Vec3| (*place - self.place(index)) * self.shown_scale;
+        self.seen.iter().flat_map(move |(index, places)| places.iter().map(move |place| shown(*index, place)))
+    }
+
+    /// A camera of what all figures have in common, for this one at a picture.
+    fn camera(&self, camera: &Camera, index: usize) -> Camera {
+        camera.scaled(1.0 / self.shown_scale).moved(self.place(index))
+    }
+
+    /// What is written beside it.
+    fn label(&self) -> String {
+        let name = &self.subject.name;
+        if (self.shown_scale - 1.0).abs() < f32::EPSILON {
+            name.clone()
+        } else {
+            format!("{name}, {:.0} %", self.shown_scale * 100.0)
+        }
     }
 }
 
@@ -124,9 +153,11 @@ impl<'a> Stage<'a> {
         if let Some(companion) = &mut companion {
             main.stand_with_others();
             companion.stand_with_others();
+            let ratio = main.height / companion.height;
+            companion.shown_scale = if ratio.max(1.0 / ratio) > MAX_RATIO { ratio } else { 1.0 };
             match view.layout {
                 // A ghost is seen where it is while the camera goes with the other.
-                Layout::Overlay => companion.way.clone_from(&main.way),
+                Layout::Overlay => companion.way = main.way.iter().map(|way| *way / companion.shown_scale).collect(),
                 _ if is_followed => companion.follow(),
                 _ => {}
             }
@@ -152,7 +183,7 @@ impl<'a> Stage<'a> {
     /// Where each picture is seen from.
     pub(super) fn sights(&self) -> Vec<Sight> {
         let sight = |(index, camera): (usize, &Camera)| {
-            camera.moved(self.main.place(index)).sight(&self.main.subject.picture_from_scene)
+            self.main.camera(camera, index).sight(&self.main.subject.picture_from_scene)
         };
         self.cameras.iter().enumerate().map(sight).collect()
     }
@@ -175,7 +206,7 @@ impl<'a> Stage<'a> {
         for (picture, actor) in [(&mut other, companion), (&mut picture, &self.main)] {
             let size = (picture.height / 256).max(1);
             let top = picture.height.saturating_sub(12 * size + picture.height / 14);
-            text::write(picture, &actor.subject.name, [6 * size, top], size, self.text_color());
+            text::write(picture, &actor.label(), [6 * size, top], size, self.text_color());
         }
         let mut both = Picture::filled(2 * picture.width, picture.height, [0; 4]);
         both.paste(&other, 0, 0);
@@ -186,7 +217,7 @@ impl<'a> Stage<'a> {
     /// A figure without what is around it.
     fn alone(&self, studio: &mut Studio, actor: &Actor<'_>, seconds: f64, index: usize) -> Picture {
         let shot = Shot {
-            camera: self.cameras[index].moved(actor.place(index)),
+            camera: actor.camera(&self.cameras[index], index),
             style: self.view.style,
             background: Background::Transparent,
             floor: None,
@@ -201,7 +232,7 @@ impl<'a> Stage<'a> {
         let is_main = std::ptr::eq(actor, &raw const self.main);
         let meter = actor.subject.units_per_meter.unwrap_or(actor.height / 1.7);
         let shot = Shot {
-            camera: self.cameras[index].moved(actor.place(index)),
+            camera: actor.camera(&self.cameras[index], index),
             style: self.view.style,
             background: self.view.background,
             floor: has_floor.then_some((actor.level, middle, actor.height, self.step)),
@@ -218,7 +249,7 @@ impl<'a> Stage<'a> {
         }
         if let Some(marks) = self.marks {
             let joints = self.main.subject.joints(seconds);
-            let camera = self.cameras[index].moved(self.main.place(index));
+            let camera = self.main.camera(&self.cameras[index], index);
             marks.draw(picture, seconds, self.main.subject.span(), |joint| {
                 let at = camera.project(joints.get(joint)?.w_axis.truncate());
                 (at.z > camera.near).then(|| Vec2::new(at.x, at.y))

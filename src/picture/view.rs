@@ -34,7 +34,9 @@ pub struct View {
     /// A sheet of several frames in one still: columns and rows, evenly spread over the clip; or `worst`, those where the measures of a
     /// result that do not pass are worst.
     pub sheet: Option<Sheet>,
-    /// Where a result has something to be compared with: whether that is shown beside it or through it, at the same scale and time.
+    /// Where a result has something to be compared with: whether that is shown beside it or through it, at the same time. Both are seen
+    /// at one scale; where one is more than 1.25 times as tall as the other, what it is compared with is shown as tall as the result, and a picture
+    /// beside the other says at how many percent.
     pub layout: Layout,
     /// Whether what the report found is drawn into the picture of a result: rings around the joints that measures blame, feet in the color
     /// of their contact, red where the figure is below the floor, and the values over time.

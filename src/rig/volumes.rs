@@ -11,6 +11,10 @@ use super::{limb::Limb, rig::Rig};
 const FEW_POINTS: usize = 12;
 /// Share of the points about a bone that lie within the radius.
 const WITHIN: f64 = 0.6;
+/// The trunk is looked at within so many legs above and below a line across it.
+const BAND: f64 = 0.08;
+/// Share of the points of the trunk there that lie within its width and its depth.
+const WITHIN_TRUNK: f64 = 0.9;
 /// A mesh that says a part is thinner or thicker than usual by more than this factor is clothes, or belongs to something else.
 const MAX_UNUSUAL: f64 = 2.5;
 
@@ -97,6 +101,14 @@ pub(crate) fn hand(side: &Rig<'_>, limb: Limb, unit: f64) -> Option<Capsule> {
     Some(Capsule { start: anchor, end: anchor, radius: 0.025 * body.leg * unit })
 }
 
+/// Which value such a share of them is below; there is one at least.
+fn share_of(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
+    let index = (values.len() as f64 * share) as usize;
+    values[index.min(values.len() - 1)]
+}
+
 type Named = (&'static str, Option<Limb>, Capsule);
 
 fn capsules(side: &Rig<'_>, unit: f64) -> Vec<Named> {
@@ -160,13 +172,44 @@ impl<'a, 'b> Body<'a, 'b> {
                 }
             }
         }
-        distances.sort_by(f64::total_cmp);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
-        let index = (distances.len() as f64 * WITHIN) as usize;
-        (distances.len() >= FEW_POINTS).then(|| distances[index])
+        (distances.len() >= FEW_POINTS).then(|| share_of(&mut distances, WITHIN))
     }
 
-    /// Hips and chest lie across, so that they are wider than deep; the waist stands between them, the head on top.
+    /// Across the trunk, fixed to a joint, from `center - half` to `center + half`. Where the mesh of `joints` says how wide and how deep
+    /// the trunk is there, the capsule is as wide and as deep.
+    fn across(&self, joint: usize, center: DVec3, half: DVec3, thickness: f64, joints: &[usize]) -> Capsule {
+        let usual = thickness * self.leg;
+        let capsule = |center: DVec3, half: DVec3, radius: f64| Capsule {
+            start: self.anchor(joint, center + half),
+            end: self.anchor(joint, center - half),
+            radius: radius * self.unit,
+        };
+        let aside = half.reject_from(self.side.up()).normalize_or_zero();
+        let ahead = aside.cross(self.side.up());
+        let mut widths = Vec::new();
+        let mut depths = Vec::new();
+        for &joint in joints {
+            let rest = self.side.rest.transforms()[joint];
+            for point in self.side.scene.skin_points.of(joint) {
+                let from_center = rest.transform_point(point.position.as_dvec3()) - center;
+                if from_center.dot(self.side.up()).abs() < BAND * self.leg {
+                    widths.push(from_center.dot(aside).abs());
+                    depths.push(from_center.dot(ahead));
+                }
+            }
+        }
+        if widths.len() < FEW_POINTS || aside == DVec3::ZERO {
+            return capsule(center, half, usual);
+        }
+        let width = share_of(&mut widths, WITHIN_TRUNK);
+        let beyond = (1.0 - WITHIN_TRUNK) / 2.0;
+        let (back, front) = (share_of(&mut depths, beyond), share_of(&mut depths, 1.0 - beyond));
+        let radius = ((front - back) / 2.0).min(width).clamp(usual / MAX_UNUSUAL, usual * MAX_UNUSUAL);
+        let half = aside * (width - radius).clamp(0.0, usual * MAX_UNUSUAL);
+        capsule(center + ahead * f64::midpoint(front, back), half, radius)
+    }
+
+    /// Hips, waist and chest lie across, so that they are wider than deep; the head is on top.
     fn trunk(&self) -> Vec<Named> {
         let mut found = Vec::new();
         let spine = self.side.role("spine");
@@ -176,14 +219,17 @@ impl<'a, 'b> Body<'a, 'b> {
             return found;
         };
         let chest = spine.last().copied().unwrap_or(pelvis);
-        found.push(("hips", None, self.capsule((pelvis, left), (pelvis, right), 0.13, &[pelvis])));
+        let hips = (left + right) / 2.0;
+        let thighs: Vec<usize> = ["left_thigh", "right_thigh"].iter().filter_map(|role| self.first(role)).collect();
+        let around = [&[pelvis], thighs.as_slice()].concat();
+        found.push(("hips", None, self.across(pelvis, hips, (left - right) / 2.0, 0.13, &around)));
         if let (Some(left), Some(right)) = (self.place("left_upper_arm"), self.place("right_upper_arm")) {
+            let shoulders = (left - right) / 2.0;
             let middle = (left + right) / 2.0 - self.side.up() * (0.12 * self.leg);
-            let half = (left - right) * 0.3;
-            found.push(("chest", None, self.capsule((chest, middle + half), (chest, middle - half), 0.13, &[chest])));
-            let hips = (self.place("left_thigh").unwrap_or(middle) + self.place("right_thigh").unwrap_or(middle)) / 2.0;
-            let joints: Vec<usize> = spine.iter().copied().chain([pelvis]).collect();
-            found.push(("waist", None, self.capsule((pelvis, hips), (chest, middle), 0.14, &joints)));
+            let trunk: Vec<usize> = spine.iter().copied().chain([pelvis]).collect();
+            found.push(("chest", None, self.across(chest, middle, shoulders * 0.6, 0.13, &trunk)));
+            let waist = spine.get(spine.len() / 2).copied().unwrap_or(pelvis);
+            found.push(("waist", None, self.across(waist, (hips + middle) / 2.0, shoulders * 0.25, 0.14, &trunk)));
         }
         if let Some(head) = self.first("head") {
             let up = self.side.up() * self.leg;

@@ -435,3 +435,41 @@ fn wrong_picture(path: &Path) -> Option<String> {
     let is_right = (0.03..0.6).contains(&share) && !is_black && colors.len() > 8;
     (!is_right).then(|| format!("{}: fills {share:.3}, {} colors", path.display(), colors.len()))
 }
+
+/// A pole of two bones that leans and comes back, that tall in centimeters.
+fn pole(height: f64) -> String {
+    let half = height / 2.0;
+    format!(
+        "HIERARCHY\nROOT hips\n{{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\nJOINT chest\n\
+         {{\nOFFSET 0 {half} 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{{\nOFFSET 0 {half} 0\n}}\n}}\n}}\nMOTION\nFrames: 3\n\
+         Frame Time: 0.1\n0 0 0 0 0 0 0 0 0\n0 0 0 5 0 0 0 0 0\n0 0 0 0 0 0 0 0 0\n"
+    )
+}
+
+#[test]
+fn figures_of_very_different_size_are_seen_equally_tall() {
+    let folder = folder();
+    for (name, height) in [("small.bvh", 100.0), ("large.bvh", 300.0), ("alike.bvh", 90.0)] {
+        std::fs::write(folder.path().join(name), pole(height)).expect("a pole");
+    }
+    let rows = |first: &str, second: &str| {
+        let arguments = ["compare", first, second, "--output", "both.png", "--size", "200x200", "--force"];
+        let output = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+            .args(arguments)
+            .current_dir(folder.path())
+            .output()
+            .expect("the binary runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let (width, _, both) = pixels(&std::fs::read(folder.path().join("both.png")).expect("a picture"));
+        assert_eq!(width, 400, "one beside the other");
+        [0, 1].map(|side| {
+            let is_dark = |at: &usize| at % width / 200 == side && both[*at][..3].iter().all(|part| *part < 170);
+            let dark: Vec<usize> = (0..170 * width).filter(is_dark).map(|at| at / width).collect();
+            dark.iter().max().expect("it is seen") - dark.iter().min().expect("it is seen")
+        })
+    };
+    let [one, other] = rows("small.bvh", "large.bvh");
+    assert!(one > 80 && one.abs_diff(other) <= 6, "{one} and {other} rows");
+    let [one, other] = rows("alike.bvh", "small.bvh");
+    assert!(other * 9 > one * 10 - 60 && other > one, "those of nearly one size at one scale: {one} and {other} rows");
+}

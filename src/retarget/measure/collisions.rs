@@ -1,4 +1,4 @@
-//! Arms that go into the trunk or the head, by capsules about the bones.
+//! Arms that go into the trunk, the head or the thighs, by capsules about the bones.
 
 use glam::DVec3;
 
@@ -9,14 +9,14 @@ use super::{
 use crate::rig::{Rig, body_capsules};
 
 const ARMS: [&str; 4] = ["left_forearm", "left_hand", "right_forearm", "right_hand"];
-const TRUNK: [&str; 4] = ["hips", "waist", "chest", "head"];
+const BODY: [&str; 6] = ["hips", "waist", "chest", "head", "left_thigh", "right_thigh"];
 const NO_ARMS: &str = "no arms and trunk were recognized on both sides";
 const CENTIMETERS: f64 = 100.0;
 
 /// What is looked at.
 pub(super) struct Collisions {
     arms: Vec<Capsule>,
-    trunk: Vec<Capsule>,
+    body: Vec<Capsule>,
     legs: Both<f64>,
 }
 
@@ -51,11 +51,11 @@ impl Collisions {
             Some(Capsule { name, joint: target.start.joint, ends, radius })
         };
         let arms: Vec<Capsule> = ARMS.into_iter().filter_map(&mut find).collect();
-        let trunk: Vec<Capsule> = TRUNK.into_iter().filter_map(&mut find).collect();
-        (!arms.is_empty() && !trunk.is_empty()).then_some(Self { arms, trunk, legs })
+        let body: Vec<Capsule> = BODY.into_iter().filter_map(&mut find).collect();
+        (!arms.is_empty() && !body.is_empty()).then_some(Self { arms, body, legs })
     }
 
-    /// How much deeper arms are in the trunk than the source's are at the same frame, in centimeters at 1 m leg length.
+    /// How much deeper arms are in the body than the source's are at the same frame, in centimeters at 1 m leg length.
     pub(super) fn measure(collisions: Option<&Self>, compared: &Compared) -> Finding {
         let collisions = collisions.ok_or(NO_ARMS)?;
         let mut series = Vec::new();
@@ -68,7 +68,7 @@ impl Collisions {
                         depth(arm, part, &compared.target, frame, |radius| radius.target) / collisions.legs.target;
                     (own - of_source.max(0.0)).max(0.0) * CENTIMETERS
                 };
-                collisions.trunk.iter().map(beyond).fold(0.0, f64::max)
+                collisions.body.iter().map(beyond).fold(0.0, f64::max)
             };
             let values = (0..compared.len()).map(deepest).collect();
             series.push(Series { part: arm.name.to_owned(), joint: arm.joint, values });

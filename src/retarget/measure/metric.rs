@@ -194,11 +194,15 @@ pub(super) fn judge(
     }
 }
 
+/// A result may have so much more than the source, in shares of where it warns: nobody sees the difference.
+const UNSEEN_SHARE: f64 = 0.5;
+
 /// What the source has itself is forgiven: the thresholds begin there, where it is above them.
 fn verdict(value: f64, source_value: Option<f64>, threshold: Threshold) -> Verdict {
     let Threshold { warn_above, fail_above } = threshold;
     let source = source_value.unwrap_or(0.0);
-    if value <= warn_above.max(source) {
+    let unseen = if source > 0.0 { source + UNSEEN_SHARE * warn_above } else { 0.0 };
+    if value <= warn_above.max(unseen) {
         Verdict::Pass
     } else if value <= fail_above.max(source + fail_above - warn_above) {
         Verdict::Warn
@@ -301,6 +305,8 @@ mod tests {
         assert_eq!(verdict(1.1, None, THRESHOLD), Verdict::Warn, "above it");
         assert_eq!(verdict(3.1, None, THRESHOLD), Verdict::Fail, "far above it");
         assert_eq!(verdict(5.0, Some(5.0), THRESHOLD), Verdict::Pass, "the source's own");
+        assert_eq!(verdict(5.5, Some(5.0), THRESHOLD), Verdict::Pass, "no more than nobody sees");
+        assert_eq!(verdict(1.0, Some(0.1), THRESHOLD), Verdict::Pass, "the threshold itself is no lower");
         assert_eq!(verdict(6.9, Some(5.0), THRESHOLD), Verdict::Warn, "a little more than the source");
         assert_eq!(verdict(7.1, Some(5.0), THRESHOLD), Verdict::Fail, "much more than the source");
     }

@@ -432,7 +432,7 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "how much deeper forearms and hands are in trunk and head than the source's, by capsules about the bones, at 1 m leg length; 98th percentile over frames, of the worst part",
+        about: "how much deeper forearms and hands are in trunk, head and thighs than the source's, by capsules about the bones, as thick as the mesh, at 1 m leg length; 98th percentile over frames, of the worst part",
     },
     MetricInfo {
         metric: MetricName::HeadFacing,

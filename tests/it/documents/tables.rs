@@ -79,8 +79,14 @@ fn metrics() -> String {
     let mut table = header(&["metric", "unit", "warns above", "fails above", "what it says"]);
     for MetricInfo { name, unit, threshold, forgives_source, about, .. } in MetricName::all().map(MetricName::info) {
         let Threshold { warn_above, fail_above } = threshold;
-        let about =
-            format!("{about}{}", if *forgives_source { "; what the source itself has is forgiven" } else { "" });
+        let about = format!(
+            "{about}{}",
+            if *forgives_source {
+                "; what the source itself has is forgiven, and half of what warns beside it"
+            } else {
+                ""
+            }
+        );
         row(&mut table, &[&format!("`{name}`"), unit, &warn_above.to_string(), &fail_above.to_string(), &about]);
     }
     table
