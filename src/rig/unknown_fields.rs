@@ -33,13 +33,63 @@ pub(crate) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField>
         for name in unknown.take(MAX_TOLD - found.len()) {
             let names = properties.iter().map(|(known, _)| *known);
             let at = format!("{pointer}/{}", escape(name));
-            let detail = format!("there is no field '{name}' here");
-            found.push(SpecField::new(SpecErrorKind::UnknownField, at, detail).with_nearest(name, names));
+            let elsewhere = homes(name, schema, pointer);
+            let detail = match elsewhere.as_slice() {
+                [] => format!("there is no field '{name}' here"),
+                homes => format!("there is no field '{name}' here; it belongs to {}", homes.join(" or ")),
+            };
+            let field = SpecField::new(SpecErrorKind::UnknownField, at, detail);
+            found.push(if elsewhere.is_empty() { field.with_nearest(name, names) } else { field });
         }
     });
     found.extend(tags);
     found.sort_by(|first, second| first.pointer.cmp(&second.pointer));
     found
+}
+
+/// Places that are told where a field is put wrongly.
+const MAX_HOMES: usize = 3;
+/// Fields are looked for within so many objects.
+const MAX_HOME_DEPTH: usize = 4;
+
+/// The objects beside the one at `pointer` in which a document has a field of that name, such as `'output.view'`: the outermost, in the order of
+/// the schema.
+fn homes(name: &str, schema: &Value, pointer: &str) -> Vec<String> {
+    let is_name = |part: &&str| !part.is_empty() && !part.bytes().all(|byte| byte.is_ascii_digit());
+    let here = pointer.split('/').filter(is_name).collect::<Vec<_>>().join(".");
+    let mut level: Vec<(String, &Value)> = vec![(String::new(), schema)];
+    let mut seen: Vec<*const Value> = Vec::new();
+    for _ in 0..=MAX_HOME_DEPTH {
+        let mut found = Vec::new();
+        let mut next = Vec::new();
+        while let Some((path, node)) = level.pop() {
+            let node = resolve(node, schema);
+            if seen.iter().any(|other| std::ptr::eq(*other, node)) {
+                continue;
+            }
+            seen.push(node);
+            for key in ["oneOf", "anyOf"] {
+                let alternatives = node.get(key).and_then(Value::as_array).into_iter().flatten();
+                level.extend(alternatives.rev().map(|alternative| (path.clone(), alternative)));
+            }
+            level.extend(node.get("items").map(|items| (path.clone(), items)));
+            for (own, property) in properties(node, schema) {
+                if own == name && path != here {
+                    found.push(if path.is_empty() { "the top level".to_owned() } else { format!("'{path}'") });
+                }
+                let path = if path.is_empty() { own.to_owned() } else { format!("{path}.{own}") };
+                next.push((path, property));
+            }
+        }
+        found.dedup();
+        if !found.is_empty() {
+            found.truncate(MAX_HOMES);
+            return found;
+        }
+        next.reverse();
+        level = next;
+    }
+    Vec::new()
 }
 
 /// Visits every value of a document with its pointer and the part of the schema that is about it. The document's depth is bounded

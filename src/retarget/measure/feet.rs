@@ -6,6 +6,8 @@
 //!
 //! When the source's feet stand is found from its joints, with or without a mesh.
 
+use std::collections::BTreeMap;
+
 use glam::{DVec2, DVec3, swizzles::Vec3Swizzles};
 use serde::{Deserialize, Serialize};
 
@@ -90,6 +92,8 @@ pub(super) struct FeetFindings {
     pub(super) heights: Vec<Series>,
     /// How fast a foot slides while the source's stands, centimeters per second at 1 m leg length.
     pub(super) slide_speeds: Vec<Series>,
+    /// In which frames the source's foot stands with all of its points, by foot.
+    pub(super) flat: BTreeMap<String, Vec<bool>>,
 }
 
 const NO_LEGS: &str = "no legs were recognized on both sides";
@@ -106,6 +110,7 @@ impl FeetFindings {
             contacts_left_out: 0,
             heights: Vec::new(),
             slide_speeds: Vec::new(),
+            flat: BTreeMap::new(),
         }
     }
 }
@@ -240,6 +245,7 @@ impl Feet {
             contacts_left_out,
             heights,
             slide_speeds,
+            flat: flat(&bearing),
         }
     }
 
@@ -545,6 +551,17 @@ fn slide_finding(contacts: &[ContactMeasure], bearing: &[&Traced<'_>]) -> Findin
         }
     }
     Ok(reading)
+}
+
+/// In which frames all points of a foot of the source stand.
+fn flat(bearing: &[&Traced<'_>]) -> BTreeMap<String, Vec<bool>> {
+    let mut feet: BTreeMap<String, Vec<bool>> = BTreeMap::new();
+    for traced in bearing {
+        let stands = &traced.standing.source.stands;
+        let flat = feet.entry(traced.point.part.clone()).or_insert_with(|| stands.clone());
+        flat.iter_mut().zip(stands).for_each(|(flat, stands)| *flat &= stands);
+    }
+    feet
 }
 
 /// 1 − F1 of frames in contact; nothing where the source never stands.

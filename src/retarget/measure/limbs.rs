@@ -14,7 +14,7 @@ use super::{
 use crate::{
     model::{ModelPose, rotation::degrees},
     retarget::mapping::Mapping,
-    rig::Rig,
+    rig::{Rig, standing_floor},
 };
 
 /// Limbs whose direction is compared: role of the start, roles of the end in order of preference.
@@ -90,6 +90,9 @@ struct Whole {
     role: &'static str,
     joint: usize,
     turn: usize,
+    /// Of a foot whose sole lies on the floor where the rig stands: where its upper side looks in the rest pose that turns are counted from, in
+    /// canonical space.
+    upper_side: Option<DVec3>,
 }
 
 /// The series of this family.
@@ -124,12 +127,14 @@ impl Limbs {
         }
         let whole = |role: &'static str| {
             let joint = last_joint(rigs, role)?;
-            Some(Whole { role, joint: joint.target, turn: wanted.turn(joint) })
+            let upper_side = role.ends_with("_foot").then(|| upper_side(rigs.target, mapping, joint.target)).flatten();
+            Some(Whole { role, joint: joint.target, turn: wanted.turn(joint), upper_side })
         };
         Self { limbs, wholes: WHOLE.into_iter().filter_map(whole).collect() }
     }
 
-    pub(super) fn series(&self, compared: &Compared) -> LimbSeries {
+    /// `flat` are the frames of the clip in which feet of the source stand with all of their points.
+    pub(super) fn series(&self, compared: &Compared, flat: &BTreeMap<String, Vec<bool>>) -> LimbSeries {
         let series = |role: &str, joint: usize, value: &dyn Fn(usize) -> f64| Series {
             part: role.to_owned(),
             joint,
@@ -139,8 +144,11 @@ impl Limbs {
             let limbs = self.limbs.iter().filter(|limb| pick(limb));
             limbs.map(|limb| series(limb.role, limb.joint, &|frame| value(limb, compared, frame))).collect()
         };
-        let whole =
-            |whole: &Whole| series(whole.role, whole.joint, &|frame| degrees(difference(compared, frame, whole.turn)));
+        let whole = |whole: &Whole| {
+            let flat = flat.get(whole.role);
+            let is_flat = |frame: usize| flat.is_some_and(|flat| flat[compared.frames.indices[frame]]);
+            series(whole.role, whole.joint, &|frame| whole.degrees(compared, frame, is_flat(frame)))
+        };
         LimbSeries {
             directions: limbs(|limb| limb.has_direction, Limb::direction_degrees),
             twists: limbs(|limb| limb.has_twist, Limb::twist_degrees),
@@ -170,6 +178,27 @@ impl Limb {
         }
         (2.0 * along.abs().atan2(left.w.abs())).to_degrees()
     }
+}
+
+impl Whole {
+    /// How much the turns differ. A foot that stands with heel and ball is right where it lies on the floor and heads where the source's does,
+    /// however the source's foot was tilted in its rest pose.
+    fn degrees(&self, compared: &Compared, frame: usize, is_flat: bool) -> f64 {
+        let difference = difference(compared, frame, self.turn);
+        let whole = degrees(difference);
+        let Some(upper_side) = self.upper_side.filter(|_| is_flat) else { return whole };
+        let tilt = angle(compared.target.turn(frame, self.turn) * upper_side, DVec3::Y);
+        let heading = (2.0 * difference.y.abs().atan2(difference.w.abs())).to_degrees();
+        whole.min(tilt.max(heading))
+    }
+}
+
+/// See [`Whole::upper_side`]; nothing where the rig does not stand.
+fn upper_side(rig: &Rig<'_>, mapping: &Mapping, foot: usize) -> Option<DVec3> {
+    standing_floor(rig)?;
+    let rest = |pose: &ModelPose| pose.transforms()[foot].rotation;
+    let aligned_from_standing = rest(&mapping.target_rest) * rest(&rig.rest).conjugate();
+    Some(rig.canonical_from_scene * (aligned_from_standing * rig.up()))
 }
 
 /// The angle between the lines from one joint to another of both rest poses, the target's aligned; 0 where one has no length.

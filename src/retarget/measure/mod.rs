@@ -142,7 +142,7 @@ pub fn measure(
     };
     let spread = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBORS) };
     let every = OfEveryFrame::measure(&performers, sizes, Frames::all(count));
-    let spread = OfSpreadFrames::measure(&performers, &sizes, mapping, spread);
+    let spread = OfSpreadFrames::measure(&performers, &sizes, mapping, &every.flat, spread);
 
     let looked_at = &spread.compared.frames.indices;
     let (continuity, jumps) = rotation_steps(mapping, (source.skeleton(), source_clip), (target, result));
@@ -193,6 +193,7 @@ struct OfEveryFrame {
     contacts_left_out: usize,
     sole_heights: Vec<Series>,
     slide_speeds: Vec<Series>,
+    flat: BTreeMap<String, Vec<bool>>,
 }
 
 impl OfEveryFrame {
@@ -223,6 +224,7 @@ impl OfEveryFrame {
             contacts_left_out: feet.contacts_left_out,
             sole_heights: feet.heights,
             slide_speeds: feet.slide_speeds,
+            flat: feet.flat,
         }
     }
 }
@@ -235,7 +237,14 @@ struct OfSpreadFrames {
 }
 
 impl OfSpreadFrames {
-    fn measure(performers: &Both<Performer<'_>>, sizes: &Both<Size>, mapping: &Mapping, frames: Frames) -> Self {
+    /// `flat` are the frames of the clip in which feet of the source stand with all of their points.
+    fn measure(
+        performers: &Both<Performer<'_>>,
+        sizes: &Both<Size>,
+        mapping: &Mapping,
+        flat: &BTreeMap<String, Vec<bool>>,
+        frames: Frames,
+    ) -> Self {
         let rigs = performers.map(|performer| performer.rig);
         let mut wanted = Wanted::default();
         let limbs = Limbs::find(&rigs, mapping, &mut wanted);
@@ -248,7 +257,7 @@ impl OfSpreadFrames {
         let compared = compare(performers, &wanted, frames);
 
         let looked_at = &compared.frames.indices;
-        let limbs = limbs.series(&compared);
+        let limbs = limbs.series(&compared, flat);
         let (flips, limits) = bends.measure(&compared);
         let worst_limb = Reading::of_worst_part(&limbs.directions, looked_at, 0.95).ok_or(NO_LIMBS);
         let findings = vec![

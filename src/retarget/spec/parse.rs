@@ -243,6 +243,22 @@ mod tests {
         assert_eq!(field.pointer, "/ops/0/scale", "the field is one of another op");
     }
 
+    #[test]
+    fn fields_at_a_wrong_place_are_told_where_they_belong() {
+        for (text, home) in [
+            (r#"{"view": {}}"#, "'output'"),
+            (r#"{"fps": 30}"#, "'edit'"),
+            (r#"{"source": {"ops": []}}"#, "the top level"),
+            (r#"{"output": {"camera": "front"}}"#, "'output.view'"),
+        ] {
+            let field = first_field(text);
+            assert!(field.detail.ends_with(&format!("here; it belongs to {home}")), "{text}: {}", field.detail);
+            assert!(field.did_you_mean.is_empty(), "{text}: {:?}", field.did_you_mean);
+        }
+        let field = first_field(r#"{"ops": [{"op": "fk", "weigth": 2}]}"#);
+        assert_eq!(field.detail, "there is no field 'weigth' here", "no other place has it");
+    }
+
     /// An output may come alone or in a list; what is wrong inside of it is told all the same.
     #[test]
     fn what_is_wrong_in_an_output_is_named_with_its_place() {

@@ -270,7 +270,8 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over frames and joints",
+        about: "difference of the turn of pelvis, head, hands and feet since the rest pose; of a foot that stands with heel and ball no more than its \
+                tilt on the floor and the difference of headings; 95th percentile over frames and joints",
     },
     MetricInfo {
         metric: MetricName::JerkRatio,
