@@ -21,7 +21,7 @@
 //! | `bones`, `holds` | the same mesh held by its bones, and where they hold it |
 //! | `untangle` | triangles of a deformed mesh that turned over are turned back |
 //! | `skin` | a drawing as a skin on bones, for formats that hold those |
-//! | `complex`, `factors`, `dissection` | the linear algebra of that: numbers, sparse factors, an order that keeps them sparse |
+//! | `complex`, `factors`, `elimination` | the linear algebra of that: numbers, sparse factors, an order that keeps them sparse |
 //! | `lattice` | a mask to a mesh |
 //! | `parts` | which bone carries which triangle |
 //! | `viewpoint` | from where drawings are seen |
@@ -50,7 +50,7 @@ mod complex;
 mod contacts;
 mod cutout;
 mod damping;
-mod dissection;
+mod elimination;
 mod draw_spec;
 mod error;
 mod facing;
