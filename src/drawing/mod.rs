@@ -50,8 +50,8 @@ mod complex;
 mod contacts;
 mod cutout;
 mod damping;
-mod elimination;
 mod draw_spec;
+mod elimination;
 mod error;
 mod facing;
 mod factors;
@@ -77,7 +77,10 @@ mod untangle;
 mod viewpoint;
 mod yaml;
 
-pub use annotate::{AnnotatedJoint, Annotation, AnnotationError, BodyKind, LONGEST_SIDE, MaskOrigin, annotate};
+pub use annotate::{
+    AnnotatedJoint, Annotation, AnnotationError, BodyKind, LONGEST_SIDE, MAX_MODEL_BYTES, MaskOrigin, PoseModel,
+    PoseModelError, annotate,
+};
 pub use arap::{Arap, ArapWorkspace, Precision};
 pub use body_motion::BodyMotion;
 pub use bvh::MotionFile;
