@@ -88,7 +88,7 @@ fn annotate(arguments: &Arguments) -> Result<(), Exit> {
     let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
     let kind = arguments.rig.kind();
-    let model = arguments.pose_model.as_deref().map(|model| read_pose_model(model)).transpose()?;
+    let model = arguments.pose_model.as_deref().map(|model| read_pose_model(model, &control)).transpose()?;
     let mask = mask.as_ref().map(InputFile::as_named);
     let drawing = engine::annotate_drawing(picture.as_named(), mask, kind, model.as_ref(), &control)
         .map_err(|failure| Exit::from_failure(&failure, &format!("picture {}", arguments.picture.display())))?;
@@ -110,8 +110,8 @@ fn annotate(arguments: &Arguments) -> Result<(), Exit> {
     if arguments.json { print(&to_json(&view)?) } else { Ok(()) }
 }
 
-/// A model from its file.
-fn read_pose_model(path: &Path) -> Result<PoseModel, Exit> {
+/// A model from its file, tried out.
+fn read_pose_model(path: &Path, control: &Control) -> Result<PoseModel, Exit> {
     let shown = path.display();
     let refused =
         |detail: String| Exit::new(INPUT_REFUSED, format!("pose model {shown}: {detail}"), "give an ONNX file");
@@ -120,7 +120,10 @@ fn read_pose_model(path: &Path) -> Result<PoseModel, Exit> {
         return Err(refused(format!("it has {size} bytes; {MAX_MODEL_BYTES} are the most")));
     }
     let bytes = fs::read(path).map_err(|error| refused(format!("it cannot be read: {error}")))?;
-    engine::read_pose_model(bytes).map_err(|failure| Exit::from_failure(&failure, &format!("pose model {shown}")))
+    // Tried out first, so that what is wrong with it is told by its name.
+    let tried =
+        engine::read_pose_model(bytes).and_then(|model| engine::try_pose_model(&model, control).map(|()| model));
+    tried.map_err(|failure| Exit::from_failure(&failure, &format!("pose model {shown}")))
 }
 
 /// Writes all files of a character folder, or none.

@@ -14,7 +14,7 @@
 //! | `human`, `human_joints` | head, hands and feet of a human figure, and its joints |
 //! | `animal`, `chains` | the joints of other bodies |
 //! | `joints` | joints as they are found |
-//! | `pose_model`, `pose_network` | joints that a pose model finds, and what runs it |
+//! | `pose_model`, `pose_answer`, `pose_network` | joints that a pose model finds, what it answers, and what runs it |
 //! | `character_text`, `overlay` | an annotation as a config, and to be looked at |
 
 mod animal;
@@ -32,6 +32,7 @@ mod limb;
 mod mask;
 mod overlay;
 mod paper;
+mod pose_answer;
 mod pose_model;
 #[cfg(feature = "pose-model")]
 mod pose_network;
@@ -41,7 +42,8 @@ mod ways;
 mod working_size;
 
 pub use mask::MaskOrigin;
-pub use pose_model::{MAX_MODEL_BYTES, PoseModel, PoseModelError};
+pub use pose_answer::PoseModelError;
+pub use pose_model::{MAX_MODEL_BYTES, PoseModel};
 
 use super::DrawingError;
 use crate::{

@@ -5,13 +5,12 @@
 
 use glam::DVec2;
 
-use crate::{
-    drawing::DrawingError,
-    model::{Canceled, Control},
-    picture::Picture,
-};
+use crate::{model::Control, picture::Picture};
 
-use super::joints::Joint;
+use super::{
+    joints::Joint,
+    pose_answer::{Answer, PoseModelError, unusable},
+};
 
 /// Bytes of a model's file.
 pub const MAX_MODEL_BYTES: usize = 512 << 20;
@@ -39,26 +38,6 @@ pub struct PoseModel {
     size: [usize; 2],
 }
 
-/// Why there is no answer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum PoseModelError {
-    /// This build has no part that runs models.
-    NotBuilt,
-    /// The model cannot be used: what is wrong with it.
-    Unusable(DrawingError),
-    /// Nobody wants it any more.
-    Canceled,
-}
-
-impl From<Canceled> for PoseModelError {
-    fn from(_: Canceled) -> Self {
-        Self::Canceled
-    }
-}
-
-/// What a network answers: numbers with their shape.
-pub(super) type Answer = (Vec<usize>, Vec<f32>);
-
 #[cfg(feature = "pose-model")]
 use super::pose_network::Network;
 
@@ -76,10 +55,6 @@ impl Network {
     const fn ask(&self, _: [usize; 4], _: Vec<f32>) -> Result<Vec<Answer>, PoseModelError> {
         Err(PoseModelError::NotBuilt)
     }
-}
-
-pub(super) fn unusable(detail: impl Into<String>, fix: &str) -> PoseModelError {
-    PoseModelError::Unusable(DrawingError::new("pose model", detail, fix))
 }
 
 impl PoseModel {

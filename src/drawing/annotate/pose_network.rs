@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rten::{Dimension, Model, Value};
 
-use super::pose_model::{Answer, PoseModelError, unusable};
+use super::pose_answer::{Answer, PoseModelError, unusable};
 
 /// A network that takes one picture.
 pub(super) struct Network(Model);

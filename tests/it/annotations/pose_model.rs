@@ -82,9 +82,9 @@ fn marked() -> (Vec<u8>, [[f64; 2]; 3]) {
     let mut places = [[0.0; 2]; 3];
     for (index, (_, name, _)) in MARKS.into_iter().enumerate() {
         let [x, y] = place(name);
-        let [dx, dy] = [[0.0, -18.0], [0.0, 18.0], [16.0, 0.0]][index];
+        let [dx, dy] = [[0.0, -8.0], [0.0, 8.0], [7.0, 0.0]][index];
         places[index] = [x + dx, y + dy];
-        canvas.blob(places[index], [30.0, 30.0], colors[index]);
+        canvas.blob(places[index], [12.0, 12.0], colors[index]);
     }
     (png(&styles::Drawn { canvas, ..drawn }), places)
 }
