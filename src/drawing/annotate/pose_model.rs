@@ -48,11 +48,11 @@ struct Network;
 
 #[cfg(not(feature = "pose-model"))]
 impl Network {
-    const fn read(_: Vec<u8>) -> Result<(Self, [Option<usize>; 4]), PoseModelError> {
+    fn read(_: Vec<u8>) -> Result<(Self, [Option<usize>; 4]), PoseModelError> {
         Err(PoseModelError::NotBuilt)
     }
 
-    const fn ask(&self, _: [usize; 4], _: Vec<f32>) -> Result<Vec<Answer>, PoseModelError> {
+    fn ask(&self, _: [usize; 4], _: Vec<f32>) -> Result<Vec<Answer>, PoseModelError> {
         Err(PoseModelError::NotBuilt)
     }
 }
@@ -281,7 +281,7 @@ mod tests {
         let maps = vec![0.5; POINTS * 4];
         assert!(decoded(&[(vec![1, POINTS, 2, 2], maps.clone())]).is_ok());
         assert!(decoded(&[(vec![1, POINTS, 4], maps.clone()), (vec![1, POINTS, 4], maps.clone())]).is_ok());
-        for (shape, numbers) in [(vec![1, 68], maps.clone()), (vec![1, POINTS, 2, 2], vec![f32::NAN; POINTS * 4])] {
+        for (shape, numbers) in [(vec![1, 68], maps), (vec![1, POINTS, 2, 2], vec![f32::NAN; POINTS * 4])] {
             assert!(matches!(decoded(&[(shape, numbers)]), Err(PoseModelError::Unusable(_))));
         }
     }

@@ -1,4 +1,5 @@
-//! Pose models: small ONNX files, written byte by byte, that find marks by their colors.
+//! Pose models: small ONNX files, written byte by byte, that find marks by their colors. What needs models runs in builds that have them:
+//! `cargo nextest run --features mp4,pose-model --test it -E "test(pose_model)"`.
 
 use std::{path::Path, process::Command};
 
@@ -102,6 +103,7 @@ fn written(folder: &Path) -> [[f64; 2]; 3] {
 }
 
 /// That marked joints are where the marks are, sure, and the others as they are found without a model.
+#[cfg(feature = "pose-model")]
 fn check(view: &serde_json::Value, without: &serde_json::Value, places: [[f64; 2]; 3]) {
     assert_eq!(view["joints_by_model"], 3, "{view}");
     let of = |view: &serde_json::Value, name: &str| {
@@ -123,6 +125,7 @@ fn check(view: &serde_json::Value, without: &serde_json::Value, places: [[f64; 2
     }
 }
 
+#[cfg(feature = "pose-model")]
 fn annotated(folder: &Path, arguments: &[&str]) -> serde_json::Value {
     let output = run(folder, &[&["annotate", "figure.png", "--json"], arguments].concat());
     assert!(output.status.success(), "{}", said(&output));

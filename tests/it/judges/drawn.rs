@@ -139,7 +139,6 @@ fn performance(numbers: &impl Fn(&str) -> Vec<f64>, joints: usize) -> Performanc
 fn three_plays_a_drawn_model_as_it_is_in_the_picture() {
     let walk = retargetd::samples::walk_clip();
     let Some(apart) = apart(&sample(), NamedBytes { name: "walk.glb", bytes: &walk }) else { return };
-    println!("the sample drawing walks: {apart:.3} % of the width");
     assert!(apart <= 1.0, "{apart} % of the width");
 }
 
@@ -154,7 +153,6 @@ fn three_plays_real_drawings_as_they_are_in_the_picture() {
         let Some(path) = corpus_file(motion) else { return };
         let bytes = std::fs::read(path).expect("readable");
         let Some(apart) = apart(&files, NamedBytes { name: motion, bytes: &bytes }) else { return };
-        println!("{drawing} with {motion}: {apart:.3} % of the width");
         assert!(apart <= 1.0, "{drawing} with {motion}: {apart} % of the width");
     }
 }
