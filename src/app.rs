@@ -8,12 +8,14 @@ use tokio_util::sync::CancellationToken;
 
 use crate::{
     config::{Isolation, Settings},
+    engine::{MAX_MODEL_BYTES, read_pose_model, try_pose_model},
     http::{self, ApiState, HeavyRequests, Server, ServerSettings, Shares, Turns},
     identity::Tokens,
     jobs::{
         Assets, BuiltInAsset, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, WebhookDispatcher,
         Webhooks, Workers,
     },
+    model::Control,
     outbound::Outbound,
     retarget,
     samples::Sample,
@@ -212,6 +214,9 @@ impl Core {
         let keys = Keys::new(store.records().clone(), clock.clone());
         let outbound = Outbound::new(settings, clock.clone());
         let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(settings), clock, &BUILT_IN_ASSETS);
+        if !settings.pose_model.is_empty() {
+            jobs.use_pose_model(pose_model(&settings.pose_model)?.into());
+        }
         let waiting = jobs.recover().await?;
         tracing::info!(waiting, "the queue is there");
         Ok(Self { store, jobs, keys, outbound, folder })
@@ -307,6 +312,18 @@ fn permits(count: u64) -> usize {
 }
 
 /// The records of the database that the settings name, else of the data folder.
+/// The bytes of a pose model that was tried out.
+fn pose_model(file: &str) -> anyhow::Result<Vec<u8>> {
+    let place = || format!("the pose model {file} cannot be used");
+    let size = std::fs::metadata(file).with_context(place)?.len();
+    anyhow::ensure!(size <= MAX_MODEL_BYTES as u64, "{}: it has {size} bytes; {MAX_MODEL_BYTES} are the most", place());
+    let bytes = std::fs::read(file).with_context(place)?;
+    let tried = read_pose_model(bytes.clone())
+        .and_then(|model| try_pose_model(&model, &Control::with_clock(telemetry::monotonic_seconds)));
+    tried.map_err(|failure| anyhow::anyhow!("{}: {}; {}", place(), failure.detail, failure.hint))?;
+    Ok(bytes)
+}
+
 async fn records(settings: &Settings, folder: Option<&DataFolder>) -> anyhow::Result<Records> {
     match folder {
         Some(folder) if settings.database.0.is_empty() => Ok(Records::open(&folder.database()).await?),

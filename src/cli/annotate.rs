@@ -10,12 +10,13 @@ use std::{
 use clap::ValueEnum;
 
 use crate::{
-    engine::{self, AnnotatedDrawing, BodyKind},
+    engine::{self, AnnotatedDrawing, BodyKind, MAX_MODEL_BYTES, PoseModel},
     model::Control,
+    telemetry::monotonic_seconds,
 };
 
 use super::{
-    exit::{BAD_USAGE, Exit, FAILED, print, say, to_json},
+    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, print, say, to_json},
     files::{InputFile, StagedFiles},
     limits::LimitArguments,
     outputs::Overwriting,
@@ -38,6 +39,9 @@ pub(super) struct Arguments {
     /// What kind of body it is. Any other kind is refused; auto takes the one that fits
     #[arg(long, value_enum, default_value_t = RigWord::Auto)]
     rig: RigWord,
+    /// A pose model that finds the joints of human figures: an ONNX file, in builds with the feature pose-model
+    #[arg(long, value_name = "FILE")]
+    pose_model: Option<PathBuf>,
     /// Print what was found as one JSON object: joints with confidence, box, mask, warnings
     #[arg(long)]
     json: bool,
@@ -81,10 +85,12 @@ fn annotate(arguments: &Arguments) -> Result<(), Exit> {
     let limits = arguments.limits.limits;
     let picture = InputFile::read("picture", &arguments.picture, &limits)?;
     let mask = arguments.mask.as_deref().map(|mask| InputFile::read("mask", mask, &limits)).transpose()?;
-    let control = Arc::new(Control::new());
+    let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
     let kind = arguments.rig.kind();
-    let drawing = engine::annotate_drawing(picture.as_named(), mask.as_ref().map(InputFile::as_named), kind, &control)
+    let model = arguments.pose_model.as_deref().map(|model| read_pose_model(model, &control)).transpose()?;
+    let mask = mask.as_ref().map(InputFile::as_named);
+    let drawing = engine::annotate_drawing(picture.as_named(), mask, kind, model.as_ref(), &control)
         .map_err(|failure| Exit::from_failure(&failure, &format!("picture {}", arguments.picture.display())))?;
     let view = drawing.view();
     if !arguments.json {
@@ -93,12 +99,31 @@ fn annotate(arguments: &Arguments) -> Result<(), Exit> {
         }
         let (rig, joints, sure) = (view.rig, view.skeleton.len(), view.confidence * 100.0);
         say(format_args!("{rig}: {joints} joints, {sure:.0} % sure; joint_overlay.png shows them"));
+        if arguments.pose_model.is_some() {
+            say(format_args!("the pose model found {} of them", view.joints_by_model));
+        }
     }
     if let Some(folder) = &arguments.output {
         let inputs = [Some(arguments.picture.as_path()), arguments.mask.as_deref()];
         write(folder, &drawing, arguments.overwriting, inputs.into_iter().flatten())?;
     }
     if arguments.json { print(&to_json(&view)?) } else { Ok(()) }
+}
+
+/// A model from its file, tried out.
+fn read_pose_model(path: &Path, control: &Control) -> Result<PoseModel, Exit> {
+    let shown = path.display();
+    let refused =
+        |detail: String| Exit::new(INPUT_REFUSED, format!("pose model {shown}: {detail}"), "give an ONNX file");
+    let size = fs::metadata(path).map_err(|error| refused(format!("it cannot be read: {error}")))?.len();
+    if size > MAX_MODEL_BYTES as u64 {
+        return Err(refused(format!("it has {size} bytes; {MAX_MODEL_BYTES} are the most")));
+    }
+    let bytes = fs::read(path).map_err(|error| refused(format!("it cannot be read: {error}")))?;
+    // Tried out first, so that what is wrong with it is told by its name.
+    let tried =
+        engine::read_pose_model(bytes).and_then(|model| engine::try_pose_model(&model, control).map(|()| model));
+    tried.map_err(|failure| Exit::from_failure(&failure, &format!("pose model {shown}")))
 }
 
 /// Writes all files of a character folder, or none.

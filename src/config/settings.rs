@@ -185,6 +185,8 @@ settings! {
     plain cors_origins: Origins = "";
     /// Whether the page is served with which people see, correct and decide: on or off
     plain studio: Switch = "on";
+    /// ONNX file of a pose model that finds the joints of drawings, in builds with the feature pose-model; if empty, they are found without one
+    plain pose_model: String = "";
     /// Additional address and port for probes and metrics, without authentication; also available in a worker, which listens nowhere if this is empty
     plain probes_listen: Option<SocketAddr> = "";
     /// Folder for everything that must survive a restart; created if missing

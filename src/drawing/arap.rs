@@ -11,7 +11,7 @@ use glam::DVec2;
 use super::{
     DrawingError,
     complex::{Complex, Entry},
-    dissection,
+    elimination,
     factors::{Factors, Hermitian},
 };
 
@@ -82,7 +82,7 @@ impl Arap {
             .flat_map(|one| neighbors[one].iter().filter(move |&&other| one < other).map(move |&other| (one, other)))
             .collect();
         let rest: Vec<Complex> = edges.iter().map(|&(one, other)| Complex(vertices[other] - vertices[one])).collect();
-        let places = dissection::order(vertices, &neighbors);
+        let places = elimination::order(&neighbors);
         let turn_rows: Vec<Vec<(usize, Complex)>> =
             edges.iter().map(|&edge| turn_row(edge, vertices, &neighbors)).collect();
         let is_single = precision == Precision::Single;

@@ -6,13 +6,15 @@
 //! places of the vertices are one back-substitution (O. Sorkine and M. Alexa, "As-Rigid-As-Possible Surface Modeling", 2007); around the joints
 //! two rounds fit the turns to what came out.
 
+use std::collections::BTreeMap;
+
 use glam::DVec2;
 
 use super::{
     DrawingError, PlanarRig,
     arap::neighbors,
     complex::{Complex, Entry},
-    dissection,
+    elimination,
     factors::{Factors, Hermitian},
     holds::{Bone, Hold, holds},
     untangle::{Untangling, UntanglingWorkspace},
@@ -49,12 +51,14 @@ pub(super) struct BoneMesh {
     /// For each vertex the bones that it hangs on, with shares that add up to 1.
     shares: Vec<Vec<Share>>,
     untangling: Untangling,
-    /// Firm edges first.
+    /// What firm edges ask for that turn with one bone alone, which are most, summed up for each vertex and bone.
+    pulls: Vec<Pull>,
+    /// The others; firm ones first.
     edges: Vec<Edge>,
     /// How many of them are firm.
     firm: usize,
-    /// The edges at the ends of those that are not, which they are fitted to.
-    fitted: Vec<usize>,
+    /// The edges at the ends of those that are not, which they are fitted to: their ends, and how they lie at rest, mirrored.
+    fitted: Vec<([usize; 2], Complex)>,
     holds: Vec<Hold>,
     factors: Factors<f64>,
     /// For each vertex its place in the factors.
@@ -71,16 +75,29 @@ struct Edge {
     firmness: f64,
 }
 
+/// What a bone asks for at a vertex, in the bone's own directions at rest: as long as the bone has its length, and what is added for each length more.
+#[derive(Clone, Copy, Debug)]
+struct Pull {
+    /// The vertex's place in the factors.
+    place: usize,
+    bone: usize,
+    way: Complex,
+    longer: Complex,
+}
+
 /// What [`BoneMesh::deform`] works in.
 #[derive(Clone, Debug)]
 pub(super) struct BoneWorkspace {
     unknowns: Vec<Complex>,
     /// What firm edges and holds ask for: the same in all rounds.
     asked: Vec<Complex>,
+    /// Of the edges that are not firm, the ways between their ends before they are turned, by their weights.
+    ways: Vec<Complex>,
     turns: Vec<Complex>,
-    /// What bones turn the edges by that are not firm.
+    /// What bones turn them by.
     wanted: Vec<Complex>,
     fits: Vec<Complex>,
+    lengths: Vec<f64>,
     untangling: UntanglingWorkspace,
 }
 
@@ -131,7 +148,7 @@ impl BoneMesh {
             return Err(DrawingError::new("mesh", "there is no figure, or no bone in it", fix));
         }
         let neighbors = neighbors(vertices.len(), triangles);
-        let places = dissection::order(vertices, &neighbors);
+        let places = elimination::order(&neighbors);
         let holds = holds(vertices, triangles, &neighbors, &bones, &rig.rest);
         let mut shares = shares(&bones, &holds, &neighbors, &places);
         let rigid: Vec<usize> = (0..bones.len()).filter(|bone| rigid.contains(&bones[*bone].joint)).collect();
@@ -141,26 +158,31 @@ impl BoneMesh {
             .map(|ends| edge(ends, vertices, &shares, &rigid))
             .collect();
         edges.sort_by_key(|edge| edge.firmness < 1.0);
-        let firm = edges.partition_point(|edge| edge.firmness >= 1.0);
-        let mut is_fitted = vec![false; vertices.len()];
-        edges[firm..].iter().flat_map(|edge| edge.ends).for_each(|end| is_fitted[end] = true);
-        let fitted = (0..edges.len()).filter(|&edge| edges[edge].ends.iter().any(|&end| is_fitted[end])).collect();
         let rows: Vec<Vec<(usize, f64)>> = edges
             .iter()
             .map(|edge| vec![(edge.ends[0], -edge.weight.sqrt()), (edge.ends[1], edge.weight.sqrt())])
             .collect();
+        let directions: Vec<DVec2> =
+            bones.iter().map(|bone| (rig.rest[bone.joint] - rig.rest[bone.from]).normalize_or_zero()).collect();
+        let firm = edges.partition_point(|edge| edge.firmness >= 1.0);
+        let mut is_fitted = vec![false; vertices.len()];
+        edges[firm..].iter().flat_map(|edge| edge.ends).for_each(|end| is_fitted[end] = true);
+        let fitted = edges.iter().filter(|edge| edge.ends.iter().any(|&end| is_fitted[end]));
+        let fitted = fitted.map(|edge| (edge.ends, edge.rest.conjugate())).collect();
+        let (of_one, edges): (Vec<Edge>, Vec<Edge>) =
+            edges.into_iter().partition(|edge| edge.firmness >= 1.0 && edge.shares.len() == 1);
         let held: Vec<Vec<(usize, f64)>> = holds.iter().map(|hold| weighted(hold, HOLD_WEIGHT)).collect();
         let factors = Factors::new(&Hermitian::of_rows(&[&rows, &held], &places, false));
         let rest_joints = rig.rest.clone();
-        let direction = |bone: &Bone| (rig.rest[bone.joint] - rig.rest[bone.from]).normalize_or_zero();
         Ok(Self {
-            directions: bones.iter().map(direction).collect(),
+            pulls: pulls(&of_one, &directions, &places),
+            directions,
             bones,
             rest_joints,
             shares,
             untangling: Untangling::new(vertices, triangles),
+            firm: firm - of_one.len(),
             edges,
-            firm,
             fitted,
             holds,
             factors,
@@ -171,12 +193,15 @@ impl BoneMesh {
     /// Memory for [`Self::deform`].
     pub(super) fn workspace(&self) -> BoneWorkspace {
         let count = self.places.len();
+        let loose = self.edges.len() - self.firm;
         BoneWorkspace {
             unknowns: vec![Complex::default(); count],
             asked: vec![Complex::default(); count],
-            turns: vec![Complex::default(); self.edges.len()],
-            wanted: vec![Complex::default(); self.edges.len() - self.firm],
+            ways: vec![Complex::default(); loose],
+            turns: vec![Complex::default(); loose],
+            wanted: vec![Complex::default(); loose],
             fits: vec![Complex::default(); count],
+            lengths: vec![0.0; loose],
             untangling: UntanglingWorkspace::default(),
         }
     }
@@ -214,19 +239,15 @@ impl BoneMesh {
     /// Where the vertices are when the joints are at `joints`.
     pub(super) fn deform(&self, joints: &[DVec2], workspace: &mut BoneWorkspace, vertices: &mut [DVec2]) {
         let poses = self.poses(joints);
-        for (turn, edge) in workspace.turns.iter_mut().zip(&self.edges) {
-            *turn = blended(&edge.shares, &poses);
-        }
-        workspace.wanted.copy_from_slice(&workspace.turns[self.firm..]);
         self.ask(&poses, workspace);
         for round in 0..=ROUNDS {
             if round > 0 {
                 self.fit(vertices, workspace);
             }
-            let BoneWorkspace { unknowns, turns, asked, .. } = workspace;
+            let BoneWorkspace { unknowns, turns, asked, ways, .. } = workspace;
             unknowns.copy_from_slice(asked);
-            for (edge, &turn) in self.edges.iter().zip(turns.iter()).skip(self.firm) {
-                self.pull(edge, turn, &poses, unknowns);
+            for ((edge, &turn), &way) in self.edges[self.firm..].iter().zip(turns.iter()).zip(ways.iter()) {
+                self.pull(edge, turn * way, unknowns);
             }
             self.factors.solve(unknowns);
             for (vertex, &place) in vertices.iter_mut().zip(&self.places) {
@@ -236,13 +257,23 @@ impl BoneMesh {
         self.untangling.untangle(vertices, &mut workspace.untangling);
     }
 
-    /// Sums up what holds and firm edges ask for.
+    /// Sums up what holds and firm edges ask for, and begins with what bones turn the other edges by.
     fn ask(&self, poses: &[BonePose], workspace: &mut BoneWorkspace) {
-        let BoneWorkspace { turns, asked, .. } = workspace;
+        let BoneWorkspace { turns, wanted, ways, asked, lengths, .. } = workspace;
         asked.fill(Complex::default());
-        for (edge, &turn) in self.edges.iter().zip(turns.iter()).take(self.firm) {
-            self.pull(edge, turn, poses, asked);
+        for pull in &self.pulls {
+            let pose = &poses[pull.bone];
+            asked[pull.place] += pose.turn * (pull.way + pull.longer.scaled(pose.stretch - 1.0));
         }
+        let (firm, loose) = self.edges.split_at(self.firm);
+        for edge in firm {
+            self.pull(edge, mixed(&edge.shares, poses).unit() * self.way(edge, poses), asked);
+        }
+        for ((turn, way), edge) in wanted.iter_mut().zip(ways).zip(loose) {
+            (*turn, *way) = (mixed(&edge.shares, poses), self.way(edge, poses));
+        }
+        units(wanted, lengths);
+        turns.copy_from_slice(wanted);
         for hold in &self.holds {
             let pose = &poses[hold.bone];
             let way = hold.at - self.rest_joints[self.bones[hold.bone].from];
@@ -253,8 +284,8 @@ impl BoneMesh {
         }
     }
 
-    /// Has an edge ask for the way between its ends that it had at rest, turned and stretched.
-    fn pull(&self, edge: &Edge, turn: Complex, poses: &[BonePose], unknowns: &mut [Complex]) {
+    /// The way between the ends of an edge that it had at rest, stretched, by its weight.
+    fn way(&self, edge: &Edge, poses: &[BonePose]) -> Complex {
         let mut way = edge.rest.0;
         for &(bone, share) in &edge.shares {
             let longer = poses[bone].stretch - 1.0;
@@ -262,37 +293,75 @@ impl BoneMesh {
                 way += self.directions[bone] * (self.directions[bone].dot(edge.rest.0) * longer * share);
             }
         }
-        let way = (turn * Complex(way)).scaled(edge.weight);
+        Complex(way).scaled(edge.weight)
+    }
+
+    /// Has an edge ask for a way between its ends.
+    fn pull(&self, edge: &Edge, way: Complex, unknowns: &mut [Complex]) {
         unknowns[self.places[edge.ends[0]]] -= way;
         unknowns[self.places[edge.ends[1]]] += way;
     }
 
     /// Turns edges that no bone holds firmly as what is around them has turned.
     fn fit(&self, vertices: &[DVec2], workspace: &mut BoneWorkspace) {
-        let BoneWorkspace { turns, fits, wanted, .. } = workspace;
+        let BoneWorkspace { turns, fits, wanted, lengths, .. } = workspace;
         fits.fill(Complex::default());
-        for edge in self.fitted.iter().map(|&edge| &self.edges[edge]) {
-            let [one, other] = edge.ends;
-            let fit = edge.rest.conjugate() * Complex(vertices[other] - vertices[one]);
+        for &([one, other], mirrored) in &self.fitted {
+            let fit = mirrored * Complex(vertices[other] - vertices[one]);
             fits[one] += fit;
             fits[other] += fit;
         }
-        let loose = turns.iter_mut().zip(&self.edges).skip(self.firm);
-        for ((turn, edge), wanted) in loose.zip(wanted.iter()) {
+        let loose = &self.edges[self.firm..];
+        for (turn, edge) in turns.iter_mut().zip(loose) {
             let [one, other] = edge.ends;
-            let fitted = Complex(fits[one].0 + fits[other].0).unit();
-            *turn = Complex(wanted.0 * edge.firmness + fitted.0 * (1.0 - edge.firmness)).unit();
+            *turn = Complex(fits[one].0 + fits[other].0);
         }
+        units(turns, lengths);
+        for ((turn, edge), wanted) in turns.iter_mut().zip(loose).zip(wanted.iter()) {
+            *turn = Complex(wanted.0 * edge.firmness + turn.0 * (1.0 - edge.firmness));
+        }
+        units(turns, lengths);
     }
 }
 
-/// The turn between those of several bones, by their shares.
-fn blended(shares: &[Share], poses: &[BonePose]) -> Complex {
+/// Gives numbers the length of 1; 0 stays. Square roots and divisions take long, and several are done at once where they stand by themselves.
+fn units(numbers: &mut [Complex], lengths: &mut [f64]) {
+    for (length, number) in lengths.iter_mut().zip(numbers.iter()) {
+        *length = number.0.length_squared().max(f64::MIN_POSITIVE);
+    }
+    for length in lengths.iter_mut() {
+        *length = 1.0 / length.sqrt();
+    }
+    for (length, number) in lengths.iter().zip(numbers) {
+        number.0 *= *length;
+    }
+}
+
+/// What edges ask for that each turn with one bone, for each vertex and bone.
+fn pulls(edges: &[Edge], directions: &[DVec2], places: &[usize]) -> Vec<Pull> {
+    let mut sums: BTreeMap<(usize, usize), [DVec2; 2]> = BTreeMap::new();
+    for edge in edges {
+        let bone = edge.shares[0].0;
+        let way = edge.rest.0 * edge.weight;
+        let longer = directions[bone] * directions[bone].dot(way);
+        for (end, side) in edge.ends.into_iter().zip([-1.0, 1.0]) {
+            let sum = sums.entry((places[end], bone)).or_default();
+            sum[0] += way * side;
+            sum[1] += longer * side;
+        }
+    }
+    let sums = sums.into_iter();
+    sums.map(|((place, bone), [way, longer])| Pull { place, bone, way: Complex(way), longer: Complex(longer) })
+        .collect()
+}
+
+/// The turns of several bones, by their shares, not yet of length 1.
+fn mixed(shares: &[Share], poses: &[BonePose]) -> Complex {
     let mut sum = Complex::default();
     for &(bone, share) in shares {
         sum += poses[bone].turn.scaled(share);
     }
-    sum.unit()
+    sum
 }
 
 fn weighted(hold: &Hold, weight: f64) -> Vec<(usize, f64)> {

@@ -47,8 +47,8 @@ impl<E: Entry> Hermitian<E> {
 #[derive(Clone, Debug)]
 pub(super) struct Factors<E> {
     starts: Vec<usize>,
-    rows: Vec<usize>,
-    lower: Vec<E>,
+    /// For each column its rows below the diagonal.
+    entries: Vec<(u32, E)>,
     /// One over the diagonal; 0 for an unknown that nothing determines.
     inverse: Vec<f64>,
 }
@@ -65,8 +65,7 @@ impl<E: Entry> Factors<E> {
         for column in 0..count {
             starts[column + 1] = starts[column] + counts[column];
         }
-        let mut factors =
-            Self { rows: vec![0; starts[count]], lower: vec![E::default(); starts[count]], starts, inverse: vec![] };
+        let mut factors = Self { entries: vec![(0, E::default()); starts[count]], starts, inverse: vec![] };
         let mut filled = vec![0; count];
         let mut work = vec![E::default(); count];
         let mut seen = vec![NONE; count];
@@ -92,12 +91,11 @@ impl<E: Entry> Factors<E> {
             for &at in &pattern[top..] {
                 let value = std::mem::take(&mut work[at]);
                 let start = factors.starts[at];
-                for place in start..start + filled[at] {
-                    work[factors.rows[place]] -= factors.lower[place] * value;
+                for &(row, lower) in &factors.entries[start..start + filled[at]] {
+                    work[row as usize] -= lower * value;
                 }
                 diagonal -= value.square() * factors.inverse[at];
-                factors.lower[start + filled[at]] = value.conjugate().scaled(factors.inverse[at]);
-                factors.rows[start + filled[at]] = column;
+                factors.entries[start + filled[at]] = (column as u32, value.conjugate().scaled(factors.inverse[at]));
                 filled[at] += 1;
             }
             factors.inverse.push(if diagonal.abs() > EMPTY * largest.abs() { 1.0 / diagonal } else { 0.0 });
@@ -109,18 +107,20 @@ impl<E: Entry> Factors<E> {
     pub(super) fn solve(&self, unknowns: &mut [Complex]) {
         for column in 0..unknowns.len() {
             let value = unknowns[column];
-            let entries = self.starts[column]..self.starts[column + 1];
-            for (lower, &row) in self.lower[entries.clone()].iter().zip(&self.rows[entries]) {
-                unknowns[row] -= lower.times(value);
+            for &(row, lower) in &self.entries[self.starts[column]..self.starts[column + 1]] {
+                unknowns[row as usize] -= lower.times(value);
             }
         }
         for column in (0..unknowns.len()).rev() {
-            let mut value = unknowns[column].scaled(self.inverse[column]);
-            let entries = self.starts[column]..self.starts[column + 1];
-            for (lower, &row) in self.lower[entries.clone()].iter().zip(&self.rows[entries]) {
-                value -= lower.conjugate().times(unknowns[row]);
+            // Two sums, since each step of one waits for the step before.
+            let mut sums = [Complex::default(); 2];
+            let pairs = self.entries[self.starts[column]..self.starts[column + 1]].chunks(2);
+            for pair in pairs {
+                for (sum, &(row, lower)) in sums.iter_mut().zip(pair) {
+                    *sum += lower.conjugate().times(unknowns[row as usize]);
+                }
             }
-            unknowns[column] = value;
+            unknowns[column] = unknowns[column].scaled(self.inverse[column]) - (sums[0] + sums[1]);
         }
     }
 }

@@ -60,33 +60,34 @@ fn spans(picture: &mut Picture, [one, two, three]: [DVec2; 3], mut draw: impl Fn
     if area.abs() < 1e-9 || !area.is_finite() {
         return;
     }
-    let low = one.min(two).min(three);
-    let high = one.max(two).max(three);
-    // Both triangles of an edge compute a crossing from the same end.
-    let edges = [(one, two), (two, three), (three, one)].map(|(start, end)| {
-        let (start, end) = if start.y <= end.y { (start, end) } else { (end, start) };
-        (start, end.y, (end.x - start.x) / (end.y - start.y))
-    });
+    let (top, middle) = if two.y < one.y { (two, one) } else { (one, two) };
+    let (middle, bottom) = if three.y < middle.y { (three, middle) } else { (middle, three) };
+    let (top, middle) = if middle.y < top.y { (middle, top) } else { (top, middle) };
     // The number of the first pixel whose middle is not before a place.
     let pixels = |at: f64, most: usize| {
         let before = at - 0.5;
-        let whole = before as usize;
-        whole.saturating_add(usize::from(before > whole as f64)).min(most)
+        let whole = before as i32;
+        (whole.saturating_add(i32::from(before > f64::from(whole))).max(0) as usize).min(most)
     };
-    let width = picture.width;
-    for row in pixels(low.y, picture.height)..pixels(high.y, picture.height) {
-        let middle = row as f64 + 0.5;
-        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (start, end, slope) in edges {
-            if start.y <= middle && middle < end {
-                let at = start.x + slope * (middle - start.y);
-                (from, to) = (from.min(at), to.max(at));
-            }
+    let slope = |start: DVec2, end: DVec2| (end.x - start.x) / (end.y - start.y);
+    let (width, height) = (picture.width, picture.height);
+    let long = slope(top, bottom);
+    // Both triangles of an edge compute a crossing from the same end.
+    for (start, end) in [(top, middle), (middle, bottom)] {
+        let rows = pixels(start.y, height)..pixels(end.y, height);
+        if rows.is_empty() {
+            continue;
         }
-        let columns = pixels(from, width)..pixels(to, width);
-        if from <= to && !columns.is_empty() {
-            let first = DVec2::new(columns.start as f64 + 0.5, middle);
-            draw(first, &mut picture.pixels[row * width..][columns]);
+        let short = slope(start, end);
+        for row in rows {
+            let line = row as f64 + 0.5;
+            let crossings = [top.x + long * (line - top.y), start.x + short * (line - start.y)];
+            let [from, to] = if crossings[0] < crossings[1] { crossings } else { [crossings[1], crossings[0]] };
+            let columns = pixels(from, width)..pixels(to, width);
+            if !columns.is_empty() {
+                let first = DVec2::new(columns.start as f64 + 0.5, line);
+                draw(first, &mut picture.pixels[row * width..][columns]);
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Performance, PlanarRig, Puppet, PuppetWorkspace, contacts::runs, untangle::doubled_area};
+use super::{Performance, PlanarRig, Puppet, PuppetWorkspace, Skin, contacts::runs, untangle::doubled_area};
 
 /// Frames whose meshes are looked at.
 const MAX_FRAMES: usize = 150;
@@ -77,17 +77,17 @@ pub fn measure(
     foreshortened: bool,
 ) -> DrawingMeasures {
     let bounded = |value: f64, pass_up_to: f64, fail_above: f64| Measured { value, pass_up_to, fail_above };
-    let mesh = puppet.map(|puppet| triangles(puppet, performance));
-    let model = puppet.and_then(|puppet| model_error(puppet, performance));
+    let mesh = puppet.map(|puppet| MeshMeasures::of(puppet, performance));
+    let model = mesh.and_then(|mesh| mesh.model_error_percent);
     let slip = slip(rig, performance).map(|slip| bounded(slip, 1.0, 5.0));
     DrawingMeasures {
         angle_error_degrees: bounded(angle_error(rig, performance), 0.01, 1.0),
         fastest_turn_degrees_per_second: bounded(fastest_turn(performance), 901.0, 2000.0),
-        turned_over_percent: mesh.map(|(mean, _, _)| bounded(mean, 0.05, 0.5)),
-        turned_over_percent_most: mesh.map(|(_, most, _)| most),
+        turned_over_percent: mesh.map(|mesh| bounded(mesh.turned_over_percent, 0.05, 0.5)),
+        turned_over_percent_most: mesh.map(|mesh| mesh.turned_over_percent_most),
         order_changes_per_second: bounded(order_changes(performance), 2.0, 4.0),
         slip_percent_per_second: slip,
-        area_change_percent: mesh.map(|(_, _, area)| bounded(area, 2.0, 10.0)),
+        area_change_percent: mesh.map(|mesh| bounded(mesh.area_change_percent, 2.0, 10.0)),
         model_error_percent: model.map(|error| bounded(error, 1.0, 4.0)),
         length_change_percent: (!foreshortened).then(|| bounded(length_change(rig, performance), 3.0, 10.0)),
     }
@@ -174,57 +174,64 @@ fn length_change(rig: &PlanarRig, performance: &Performance) -> f64 {
     most
 }
 
-/// Percent of triangles that are turned over, on average and at most, and by how much the area of the firm ones changes on average.
-fn triangles(puppet: &Puppet, performance: &Performance) -> (f64, f64, f64) {
-    let (rest, triangles) = puppet.rest();
-    let areas: Vec<f64> = triangles.iter().map(|triangle| doubled_area(rest, triangle)).collect();
-    let skin = puppet.skin();
-    let is_firm =
-        |triangle: &[usize; 3]| skin.as_ref().is_none_or(|skin| triangle.iter().all(|&vertex| skin.is_firm(vertex)));
-    let firm: Vec<bool> = triangles.iter().map(is_firm).collect();
-    let whole: f64 = areas.iter().zip(&firm).filter(|(_, firm)| **firm).map(|(area, _)| area.abs()).sum();
-    let looked_at: Vec<usize> =
-        (0..performance.frames).step_by(performance.frames.div_ceil(MAX_FRAMES).max(1)).collect();
-    let look = |workspace: &mut PuppetWorkspace, &frame: &usize| {
-        let side = if performance.is_mirrored[frame] { -1.0 } else { 1.0 };
-        let deformed = puppet.deformed(performance, frame, workspace);
-        let (mut turned_over, mut now) = (0.0, 0.0);
-        for ((triangle, area), firm) in triangles.iter().zip(&areas).zip(&firm) {
-            let after = doubled_area(deformed, triangle) * side;
-            if after * area <= 0.0 {
-                turned_over += 1.0;
-            }
-            if *firm {
-                now += after.abs();
-            }
-        }
-        (100.0 * turned_over / triangles.len() as f64, 100.0 * (now / whole.max(1e-12) - 1.0).abs())
-    };
-    let seen: Vec<(f64, f64)> = looked_at.par_iter().map_init(|| puppet.workspace(), look).collect();
-    let count = seen.len() as f64;
-    let mean = |value: fn(&(f64, f64)) -> f64| seen.iter().map(value).sum::<f64>() / count;
-    let most = seen.iter().map(|(share, _)| *share).fold(0.0, f64::max);
-    (mean(|(share, _)| *share), most, mean(|(_, change)| *change))
+/// What is measured of the meshes of some frames.
+#[derive(Clone, Copy)]
+struct MeshMeasures {
+    turned_over_percent: f64,
+    turned_over_percent_most: f64,
+    /// By how much the area of the firm triangles changes on average.
+    area_change_percent: f64,
+    /// Percent of the width at rest that a model's vertices are away from those of the picture, on average.
+    model_error_percent: Option<f64>,
 }
 
-/// Percent of the width at rest that a model's vertices are away from those of the picture, on average.
-fn model_error(puppet: &Puppet, performance: &Performance) -> Option<f64> {
-    /// Frames that are looked at.
-    const FRAMES: usize = 60;
-    let skin = puppet.skin()?;
-    let (rest, _) = puppet.rest();
-    let width = rest.iter().map(|place| place.x).fold(f64::MIN, f64::max)
-        - rest.iter().map(|place| place.x).fold(f64::MAX, f64::min);
-    let looked_at: Vec<usize> = (0..performance.frames).step_by(performance.frames.div_ceil(FRAMES).max(1)).collect();
-    let look = |workspace: &mut PuppetWorkspace, &frame: &usize| {
-        let (mut joints, root) = performance.joints_about_root(frame);
-        let side = DVec2::new(if performance.is_mirrored[frame] { -1.0 } else { 1.0 }, 1.0);
-        joints.iter_mut().for_each(|joint| *joint *= side);
-        let placed = skin.placed(&joints);
-        let deformed = puppet.deformed(performance, frame, workspace);
-        let off = |(model, picture): (&DVec2, &DVec2)| (*model * side + root).distance(*picture);
-        placed.iter().zip(deformed).map(off).sum::<f64>() / placed.len() as f64
-    };
-    let errors: Vec<f64> = looked_at.par_iter().map_init(|| puppet.workspace(), look).collect();
-    Some(100.0 * errors.iter().sum::<f64>() / errors.len() as f64 / width.max(1e-9))
+impl MeshMeasures {
+    fn of(puppet: &Puppet, performance: &Performance) -> Self {
+        let (rest, triangles) = puppet.rest();
+        let areas: Vec<f64> = triangles.iter().map(|triangle| doubled_area(rest, triangle)).collect();
+        let skin = puppet.skin();
+        let is_firm = |triangle: &[usize; 3]| {
+            skin.as_ref().is_none_or(|skin| triangle.iter().all(|&vertex| skin.is_firm(vertex)))
+        };
+        let firm: Vec<bool> = triangles.iter().map(is_firm).collect();
+        let whole: f64 = areas.iter().zip(&firm).filter(|(_, firm)| **firm).map(|(area, _)| area.abs()).sum();
+        let looked_at: Vec<usize> =
+            (0..performance.frames).step_by(performance.frames.div_ceil(MAX_FRAMES).max(1)).collect();
+        let look = |workspace: &mut PuppetWorkspace, &frame: &usize| {
+            let side = if performance.is_mirrored[frame] { -1.0 } else { 1.0 };
+            let deformed = puppet.deformed(performance, frame, workspace);
+            let (mut turned_over, mut now) = (0.0, 0.0);
+            for ((triangle, area), firm) in triangles.iter().zip(&areas).zip(&firm) {
+                let after = doubled_area(deformed, triangle) * side;
+                if after * area <= 0.0 {
+                    turned_over += 1.0;
+                }
+                if *firm {
+                    now += after.abs();
+                }
+            }
+            let error = skin.as_ref().map_or(0.0, |skin| model_error(skin, performance, frame, deformed));
+            [100.0 * turned_over / triangles.len() as f64, 100.0 * (now / whole.max(1e-12) - 1.0).abs(), error]
+        };
+        let seen: Vec<[f64; 3]> = looked_at.par_iter().map_init(|| puppet.workspace(), look).collect();
+        let mean = |value: usize| seen.iter().map(|seen| seen[value]).sum::<f64>() / seen.len() as f64;
+        let across = rest.iter().map(|place| place.x);
+        let width = across.clone().fold(f64::MIN, f64::max) - across.fold(f64::MAX, f64::min);
+        Self {
+            turned_over_percent: mean(0),
+            turned_over_percent_most: seen.iter().map(|seen| seen[0]).fold(0.0, f64::max),
+            area_change_percent: mean(1),
+            model_error_percent: skin.is_some().then(|| 100.0 * mean(2) / width.max(1e-9)),
+        }
+    }
+}
+
+/// How far a model's vertices are away from those of the picture at a frame, on average.
+fn model_error(skin: &Skin<'_>, performance: &Performance, frame: usize, deformed: &[DVec2]) -> f64 {
+    let (mut joints, root) = performance.joints_about_root(frame);
+    let side = DVec2::new(if performance.is_mirrored[frame] { -1.0 } else { 1.0 }, 1.0);
+    joints.iter_mut().for_each(|joint| *joint *= side);
+    let placed = skin.placed(&joints);
+    let off = |(model, picture): (&DVec2, &DVec2)| (*model * side + root).distance(*picture);
+    placed.iter().zip(deformed).map(off).sum::<f64>() / placed.len() as f64
 }

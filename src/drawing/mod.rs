@@ -21,7 +21,7 @@
 //! | `bones`, `holds` | the same mesh held by its bones, and where they hold it |
 //! | `untangle` | triangles of a deformed mesh that turned over are turned back |
 //! | `skin` | a drawing as a skin on bones, for formats that hold those |
-//! | `complex`, `factors`, `dissection` | the linear algebra of that: numbers, sparse factors, an order that keeps them sparse |
+//! | `complex`, `factors`, `elimination` | the linear algebra of that: numbers, sparse factors, an order that keeps them sparse |
 //! | `lattice` | a mask to a mesh |
 //! | `parts` | which bone carries which triangle |
 //! | `viewpoint` | from where drawings are seen |
@@ -50,8 +50,8 @@ mod complex;
 mod contacts;
 mod cutout;
 mod damping;
-mod dissection;
 mod draw_spec;
+mod elimination;
 mod error;
 mod facing;
 mod factors;
@@ -77,7 +77,10 @@ mod untangle;
 mod viewpoint;
 mod yaml;
 
-pub use annotate::{AnnotatedJoint, Annotation, AnnotationError, BodyKind, LONGEST_SIDE, MaskOrigin, annotate};
+pub use annotate::{
+    AnnotatedJoint, Annotation, AnnotationError, BodyKind, LONGEST_SIDE, MAX_MODEL_BYTES, MaskOrigin, PoseModel,
+    PoseModelError, annotate,
+};
 pub use arap::{Arap, ArapWorkspace, Precision};
 pub use body_motion::BodyMotion;
 pub use bvh::MotionFile;

@@ -192,14 +192,15 @@ impl Puppet {
         &workspace.deformed
     }
 
-    /// Draws the puppet as it is at a frame over what is there. After its last frame it holds still.
+    /// Draws the puppet as it is at a frame over what is there, and says in which area: left, top, right and bottom. After its last frame it
+    /// holds still.
     pub fn draw(
         &self,
         performance: &Performance,
         frame: usize,
         workspace: &mut PuppetWorkspace,
         picture: &mut Picture,
-    ) {
+    ) -> [usize; 4] {
         let frame = frame.min(performance.frames - 1);
         self.deformed(performance, frame, workspace);
         let (shift, z) = (performance.seen_shift(frame), performance.start[2]);
@@ -228,6 +229,10 @@ impl Puppet {
                 }
             }
         }
+        if self.shown.mesh || self.shown.rig {
+            return [0, 0, picture.width, picture.height];
+        }
+        area_of(&workspace.seen, [picture.width, picture.height])
     }
 
     /// Draws what moves the drawing, as dots: the joints of the body.
@@ -265,6 +270,15 @@ impl Puppet {
             }
         }
     }
+}
+
+/// The pixels of a picture that triangles between places may be drawn on.
+fn area_of(seen: &[Option<DVec2>], [width, height]: [usize; 2]) -> [usize; 4] {
+    let bounds = |(low, high): (DVec2, DVec2), place: &DVec2| (low.min(*place), high.max(*place));
+    let (low, high) = seen.iter().flatten().fold((DVec2::MAX, DVec2::MIN), bounds);
+    let pixel = |at: f64, most: usize| (at.max(0.0) as usize).min(most);
+    let [left, top] = [pixel(low.x.floor(), width), pixel(low.y.floor(), height)];
+    [left, top, pixel(high.x.ceil(), width).max(left), pixel(high.y.ceil(), height).max(top)]
 }
 
 fn joints_named(rig: &PlanarRig, names: &[String], place: &str) -> Result<Vec<usize>, DrawingError> {

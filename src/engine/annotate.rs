@@ -3,7 +3,9 @@
 use serde::Serialize;
 
 use crate::{
-    drawing::{self, Annotation, AnnotationError, BodyKind, DrawingError, LONGEST_SIDE, MaskOrigin},
+    drawing::{
+        self, Annotation, AnnotationError, BodyKind, DrawingError, LONGEST_SIDE, MaskOrigin, PoseModel, PoseModelError,
+    },
     formats::pack_files,
     model::Control,
     picture::{Picture, PictureError, Upright, read_upright, write_png},
@@ -33,6 +35,9 @@ pub struct AnnotationView {
     pub scale: f64,
     /// The mask.
     pub mask: MaskView,
+    /// How many joints a pose model found. Absent where none did.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub joints_by_model: usize,
     /// Tips that stand out of the figure: hands, feet, head, hair and the like.
     pub tips: usize,
     /// Deviations and guesses.
@@ -89,8 +94,43 @@ pub fn body_kind(name: &str) -> Result<Option<BodyKind>, Failure> {
     })
 }
 
-/// Finds mask and joints of the figure in a picture, without a model. A mask that is given wins over what is found; without a kind, the one
-/// that fits is taken.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+const fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+/// Reads a pose model: an ONNX file.
+///
+/// # Errors
+/// Where it cannot be used, or this build runs no models.
+pub fn read_pose_model(bytes: Vec<u8>) -> Result<PoseModel, Failure> {
+    PoseModel::read(bytes).map_err(refused_model)
+}
+
+/// Asks a pose model about an empty picture.
+///
+/// # Errors
+/// Where it is too slow, or its answers are not those of a pose model.
+pub fn try_pose_model(model: &PoseModel, control: &Control) -> Result<(), Failure> {
+    model.try_out(control).map_err(refused_model)
+}
+
+fn refused_model(error: PoseModelError) -> Failure {
+    match error {
+        PoseModelError::NotBuilt => {
+            let detail = "this build runs no pose models: it was made without the feature 'pose-model'";
+            Failure::new(FailureCode::UnsupportedFeature, detail)
+                .with_hint("build it with cargo build --release --features pose-model")
+        }
+        PoseModelError::Unusable(error) => {
+            Failure::new(FailureCode::InvalidValue, error.to_string()).with_hint(error.fix)
+        }
+        PoseModelError::Canceled => Failure::new(FailureCode::Canceled, "canceled"),
+    }
+}
+
+/// Finds mask and joints of the figure in a picture. A mask that is given wins over what is found; without a kind, the one that fits is taken; a
+/// pose model's joints win as far as it is sure of them.
 ///
 /// # Errors
 /// Where the picture or the mask cannot be read, or there is no figure of the kind.
@@ -98,6 +138,7 @@ pub fn annotate_drawing(
     picture: NamedBytes<'_>,
     mask: Option<NamedBytes<'_>>,
     kind: Option<BodyKind>,
+    model: Option<&PoseModel>,
     control: &Control,
 ) -> Result<AnnotatedDrawing, Failure> {
     let picture = upright(picture, "image")?;
@@ -106,11 +147,14 @@ pub fn annotate_drawing(
     let refused = |code: FailureCode, part: &'static str, error: DrawingError| {
         Failure::new(code, format!("{part}: {}", error.detail)).with_hint(error.fix).in_part(part)
     };
-    drawing::annotate(&picture, mask.as_ref(), kind, control).map(AnnotatedDrawing).map_err(|error| match error {
-        AnnotationError::NoFigure(error) => refused(FailureCode::FigureNotFound, "image", error),
-        AnnotationError::Mask(error) => refused(FailureCode::InvalidValue, "mask", error),
-        AnnotationError::Canceled => Failure::new(FailureCode::Canceled, "canceled"),
-    })
+    drawing::annotate(&picture, mask.as_ref(), kind, model, control).map(AnnotatedDrawing).map_err(
+        |error| match error {
+            AnnotationError::NoFigure(error) => refused(FailureCode::FigureNotFound, "image", error),
+            AnnotationError::Mask(error) => refused(FailureCode::InvalidValue, "mask", error),
+            AnnotationError::Model(error) => refused_model(error),
+            AnnotationError::Canceled => Failure::new(FailureCode::Canceled, "canceled"),
+        },
+    )
 }
 
 fn upright(file: NamedBytes<'_>, part: &'static str) -> Result<Upright, Failure> {
@@ -173,6 +217,7 @@ impl AnnotatedDrawing {
             bounds: BoxView { left, top, right, bottom },
             scale: round(annotation.scale),
             mask: MaskView { origin: origin(annotation.mask_origin), pixels: annotation.mask_area() },
+            joints_by_model: annotation.by_model,
             tips: annotation.tips,
             warnings: annotation.warnings.iter().cloned().map(WarningView::from).collect(),
         }

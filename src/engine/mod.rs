@@ -45,11 +45,16 @@ mod transfer;
 mod tune;
 mod vrm_animation;
 
-pub use crate::drawing::{BodyKind, DrawSpec, DrawingLimit, draw_spec_schema, drawing_limits};
+pub use crate::drawing::{
+    BodyKind, DrawSpec, DrawingLimit, MAX_MODEL_BYTES, PoseModel, draw_spec_schema, drawing_limits,
+};
 #[allow(unused_imports, reason = "the service half asks for it, and the engine alone has no need of it")]
 pub(crate) use crate::rig::nearest::nearest;
 pub use alignment::AlignmentView;
-pub use annotate::{AnnotatedDrawing, AnnotationView, BoxView, DrawnJointView, MaskView, annotate_drawing, body_kind};
+pub use annotate::{
+    AnnotatedDrawing, AnnotationView, BoxView, DrawnJointView, MaskView, annotate_drawing, body_kind, read_pose_model,
+    try_pose_model,
+};
 pub use characters::CharacterView;
 pub use compiled::{Compiled, CompiledFacts};
 pub use display::{DisplayOptions, display};

@@ -222,9 +222,9 @@ fn flat_preview(picture: &Picture, options: &PreviewOptions, control: &Control) 
     check_built(format)?;
     let failed = |error: PictureError| Failure::new(FailureCode::Internal, error.to_string());
     let bytes = if format.moves() {
-        let is_transparent = background[3] == 0;
-        let mut reel = Reel::new(format, [width, height], 1.0, 1, is_transparent, |_| shown.clone()).map_err(failed)?;
-        reel.add(std::slice::from_ref(&shown)).map_err(failed)?;
+        let ground = Picture::filled(width, height, background);
+        let (mut reel, shutter) = Reel::new(format, &ground, 1.0, 1, |_| shown.clone()).map_err(failed)?;
+        reel.add(vec![shutter.shot(&shown, [0, 0, width, height])]).map_err(failed)?;
         reel.finish().map_err(failed)?
     } else {
         shown.to_still(format).map_err(failed)?

@@ -29,6 +29,12 @@ impl Jobs {
         self.0.picture_room.begin(name, self.0.settings.max_picture_bytes.0)
     }
 
+    /// Asks a pose model, the bytes of an ONNX file, about all drawings that are annotated from now on.
+    pub fn use_pose_model(&self, bytes: Bytes) {
+        // Only the first one is taken: there is one setting.
+        let _ = self.0.pose_model.set(bytes);
+    }
+
     /// What is found in a picture, as a JSON object.
     ///
     /// # Errors
@@ -53,13 +59,17 @@ impl Jobs {
         read: impl FnOnce(Answer) -> Result<T, Failure> + Send + 'static,
     ) -> Result<T, Refusal> {
         let bytes = new.image.bytes.len() + new.mask.as_ref().map_or(0, |mask| mask.bytes.len());
-        let memory_bytes = memory::of_job([bytes as u64, DECODED_BYTES].into_iter(), 1.0);
+        let model = self.0.pose_model.get().cloned();
+        // Its file, its weights, and what it works in.
+        let of_model = model.as_ref().map_or(0, |model| 3 * model.len() as u64);
+        let memory_bytes = memory::of_job([bytes as u64, DECODED_BYTES, of_model].into_iter(), 1.0);
         let look = Look { owner, thread: "annotate", what: "annotating the drawing", memory_bytes };
         let work = move |new: &NewAnnotation, engine: &dyn Engine, limits: &Limits, control: &Control| {
             let NewAnnotation { image, mask, rig } = new;
             let mask = mask.as_ref().map(|mask| NamedBytes { name: &mask.name, bytes: &mask.bytes });
             let source = Some(NamedBytes { name: &image.name, bytes: &image.bytes });
-            let files = Files { source, target: mask, ..Files::default() };
+            let scene = model.as_ref().map(|model| NamedBytes { name: "pose_model.onnx", bytes: model });
+            let files = Files { source, target: mask, scene, ..Files::default() };
             let question = Question::Annotate { rig: rig.clone(), as_archive };
             let knowledge = Knowledge::default();
             read(engine.ask(&EngineRequest { question, files, formats: &[], knowledge: &knowledge, limits }, control)?)

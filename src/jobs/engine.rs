@@ -61,7 +61,7 @@ pub struct Files<'a> {
     pub source_rest: Option<NamedBytes<'a>>,
     /// The target rig in its rest pose.
     pub target_rest: Option<NamedBytes<'a>>,
-    /// What goes beside a drawing.
+    /// What goes beside a drawing; where it is annotated, the pose model.
     pub scene: Option<NamedBytes<'a>>,
     /// The retarget spec.
     pub config: Option<NamedBytes<'a>>,
@@ -201,7 +201,8 @@ impl Engine for RetargetEngine {
 
 fn annotate(files: &Files<'_>, rig: &str, as_archive: bool, control: &Control) -> Result<Answer, Failure> {
     let kind = engine::body_kind(rig)?;
-    let drawing = engine::annotate_drawing(files.source()?, files.target, kind, control)?;
+    let model = files.scene.map(|model| engine::read_pose_model(model.bytes.to_vec())).transpose()?;
+    let drawing = engine::annotate_drawing(files.source()?, files.target, kind, model.as_ref(), control)?;
     if as_archive { drawing.archive().map(Answer::Archive) } else { document(drawing.view()) }
 }
 

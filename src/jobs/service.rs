@@ -3,12 +3,13 @@
 use std::{
     collections::BTreeMap,
     sync::{
-        Arc,
+        Arc, OnceLock,
         atomic::{AtomicBool, Ordering},
     },
     time::Duration,
 };
 
+use bytes::Bytes;
 use tokio::{
     sync::{Notify, broadcast},
     time::Instant,
@@ -75,6 +76,8 @@ pub(super) struct Inner {
     pub(super) memory: MemoryBudget,
     pub(super) inspections: Inspections,
     pub(super) picture_room: PictureRoom,
+    /// The ONNX file of a pose model, where there is one.
+    pub(super) pose_model: OnceLock<Bytes>,
     pub(super) pictures: KeptPictures,
     pub(super) looks: Looks,
     pub(super) built_in_assets: &'static [BuiltInAsset],
@@ -140,6 +143,7 @@ impl Jobs {
             built_in_assets,
             inspections: Inspections::default(),
             picture_room: PictureRoom::default(),
+            pose_model: OnceLock::new(),
             pictures: KeptPictures::default(),
             running: Arc::default(),
             streams: Arc::default(),

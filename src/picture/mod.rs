@@ -54,7 +54,7 @@ pub use figure::Figure;
 pub use film::{Film, FilmError, render};
 pub use image::{Upright, plain_image, read_picture, read_upright};
 pub use marks::{Grade, Marks, Ring, Strip, Touch};
-pub use reel::Reel;
+pub use reel::{Reel, Shot, Shutter};
 pub use scene::Subject;
 pub use view::{Background, CameraKind, Follow, Layout, MAX_SIDE, Sheet, SheetSize, SheetWord, Style, View};
 

@@ -3,6 +3,7 @@
 mod canvas;
 mod command;
 mod files;
+mod pose_model;
 mod styles;
 
 use std::{collections::BTreeMap, path::Path};
@@ -19,7 +20,7 @@ use styles::Drawn;
 type Joints = BTreeMap<String, [f64; 2]>;
 
 fn annotated(picture: &[u8], kind: Option<BodyKind>) -> Result<AnnotatedDrawing, Failure> {
-    annotate_drawing(NamedBytes { name: "picture", bytes: picture }, None, kind, &Control::new())
+    annotate_drawing(NamedBytes { name: "picture", bytes: picture }, None, kind, None, &Control::new())
 }
 
 /// The joints that were found, in pixels of the picture as it was given.

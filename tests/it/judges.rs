@@ -4,6 +4,7 @@ mod assimp;
 mod blender;
 mod browser;
 mod carried;
+mod drawn;
 mod files;
 mod marks;
 mod meshes;

@@ -1,4 +1,5 @@
-//! A picture of a figure to a character that can be animated: its mask, its joints, and how sure they are. No model is asked.
+//! A picture of a figure to a character that can be animated: its mask, its joints, and how sure they are. A pose model is asked where
+//! there is one.
 //!
 //! | file | what it answers |
 //! | --- | --- |
@@ -13,6 +14,7 @@
 //! | `human`, `human_joints` | head, hands and feet of a human figure, and its joints |
 //! | `animal`, `chains` | the joints of other bodies |
 //! | `joints` | joints as they are found |
+//! | `pose_model`, `pose_answer`, `pose_network` | joints that a pose model finds, what it answers, and what runs it |
 //! | `character_text`, `overlay` | an annotation as a config, and to be looked at |
 
 mod animal;
@@ -30,12 +32,18 @@ mod limb;
 mod mask;
 mod overlay;
 mod paper;
+mod pose_answer;
+mod pose_model;
+#[cfg(feature = "pose-model")]
+mod pose_network;
 mod shape;
 mod strokes;
 mod ways;
 mod working_size;
 
 pub use mask::MaskOrigin;
+pub use pose_answer::PoseModelError;
+pub use pose_model::{MAX_MODEL_BYTES, PoseModel};
 
 use super::DrawingError;
 use crate::{
@@ -118,6 +126,8 @@ pub struct Annotation {
     pub bounds: [usize; 4],
     /// Pixels of the texture for each of the picture.
     pub scale: f64,
+    /// Joints that a pose model found.
+    pub by_model: usize,
     /// Tips that stand out of the figure.
     pub tips: usize,
     /// Deviations and guesses.
@@ -132,6 +142,8 @@ pub enum AnnotationError {
     NoFigure(DrawingError),
     /// The mask cannot be used.
     Mask(DrawingError),
+    /// The pose model cannot be used.
+    Model(PoseModelError),
     /// Nobody wants it any more.
     Canceled,
 }
@@ -142,7 +154,14 @@ impl From<Canceled> for AnnotationError {
     }
 }
 
-/// Finds the mask and the joints of the figure in a picture. A mask that is given wins; without a kind, the one that fits is taken.
+impl From<PoseModelError> for AnnotationError {
+    fn from(error: PoseModelError) -> Self {
+        if error == PoseModelError::Canceled { Self::Canceled } else { Self::Model(error) }
+    }
+}
+
+/// Finds the mask and the joints of the figure in a picture. A mask that is given wins; without a kind, the one that fits is taken. A pose model's
+/// joints of a human figure win as far as it is sure of them.
 ///
 /// # Errors
 ///
@@ -151,6 +170,7 @@ pub fn annotate(
     picture: &Upright,
     mask: Option<&Upright>,
     kind: Option<BodyKind>,
+    model: Option<&PoseModel>,
     control: &Control,
 ) -> Result<Annotation, AnnotationError> {
     let mut reporter = Reporter::new();
@@ -173,11 +193,21 @@ pub fn annotate(
     let mask = figure.cropped(corner, size);
     let texture = cropped(&small, corner, size);
     let shape = Shape::new(&mask, control)?;
-    let (kind, fit) = body(&shape, kind, &mut reporter).map_err(AnnotationError::NoFigure)?;
+    let modeled = match model.filter(|_| kind.is_none_or(|kind| kind == BodyKind::Humanoid)) {
+        Some(model) => model.joints(&texture, control)?,
+        None => Vec::new(),
+    };
+    let (kind, fit) = if modeled.len() == pose_model::ALL_JOINTS {
+        (BodyKind::Humanoid, Fit { joints: Vec::new(), notes: Reporter::new() })
+    } else {
+        body(&shape, kind, &mut reporter).map_err(AnnotationError::NoFigure)?
+    };
+    let modeled = if kind == BodyKind::Humanoid { modeled } else { Vec::new() };
     for warning in fit.notes.into_warnings() {
         reporter.warn(warning.code, warning.place, warning.detail, warning.hint);
     }
-    let joints = annotated(&shape, &fit.joints, size);
+    let by_model = modeled.len();
+    let joints = annotated(&shape, &with_modeled(fit.joints, modeled, shape.factor), size);
     let confidence = joints.iter().map(|joint| joint.confidence).sum::<f64>() / joints.len().max(1) as f64;
     let given =
         |at: usize, side: usize, most: usize| ((at as f64 / side as f64 * most as f64).round() as usize).min(most);
@@ -188,7 +218,7 @@ pub fn annotate(
         given(corner[1] + size[1], small.height, height),
     ];
     let (tips, warnings) = (shape.tips.len(), reporter.into_warnings());
-    Ok(Annotation { kind, texture, mask_origin, joints, confidence, bounds, scale, tips, warnings, mask })
+    Ok(Annotation { kind, texture, mask_origin, joints, confidence, bounds, scale, by_model, tips, warnings, mask })
 }
 
 impl Annotation {
@@ -282,6 +312,18 @@ fn no_fit(kind: BodyKind, detail: &str) -> DrawingError {
         BodyKind::Chains => "give a picture or a mask of something with limbs",
     };
     DrawingError::new("image", format!("the figure is no {}: {detail}", kind.noun()), fix)
+}
+
+/// Joints with those of a model in their places; the model's are in pixels of the texture.
+fn with_modeled(mut joints: Vec<joints::Joint>, modeled: Vec<joints::Joint>, factor: usize) -> Vec<joints::Joint> {
+    for mut joint in modeled {
+        joint.place /= factor as f64;
+        match joints.iter_mut().find(|other| other.name == joint.name) {
+            Some(other) => (other.place, other.confidence) = (joint.place, joint.confidence),
+            None => joints.push(joint),
+        }
+    }
+    joints
 }
 
 /// Joints in pixels of the texture, each inside the figure.

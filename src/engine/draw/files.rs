@@ -28,7 +28,7 @@ impl DrawingFiles {
             return Self::unpack(file.bytes, limits, control);
         }
         check_size(file.bytes)?;
-        let drawing = annotate_drawing(file, None, None, control)?;
+        let drawing = annotate_drawing(file, None, None, None, control)?;
         let files = drawing.files()?.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect();
         Ok(Self { files, annotation: Some(drawing.view()) })
     }

@@ -1,5 +1,7 @@
 //! What drawn characters look like: moving pictures, and single frames.
 
+use std::sync::{Mutex, PoisonError};
+
 use crate::{
     drawing::{Puppet, PuppetWorkspace},
     engine::{Failure, FailureCode},
@@ -24,6 +26,16 @@ pub(super) struct Shown<'a> {
     scenery: &'a Scenery,
     pub(super) puppets: Vec<Puppet>,
     background: Picture,
+    /// What pictures are drawn with: there are as many as are drawn at the same time.
+    easels: Mutex<Vec<Easel>>,
+}
+
+/// A picture that is drawn on again and again, and what that takes.
+struct Easel {
+    workspaces: Vec<PuppetWorkspace>,
+    picture: Picture,
+    /// The area of it that is not the background.
+    drawn: [usize; 4],
 }
 
 impl<'a> Shown<'a> {
@@ -45,7 +57,7 @@ impl<'a> Shown<'a> {
             .map(|character| puppet(character, scenery, false, read))
             .collect::<Result<Vec<_>, _>>()?;
         let background = background(scenery, request.background, read)?;
-        Ok(Self { scenery, puppets, background })
+        Ok(Self { scenery, puppets, background, easels: Mutex::new(Vec::new()) })
     }
 
     /// Frames a second, and how many there are, where so many are shown at most.
@@ -57,17 +69,19 @@ impl<'a> Shown<'a> {
         (fps, ((longest as f64 * seconds * fps).round() as usize).max(1))
     }
 
-    /// Memory for [`Self::at`].
-    fn workspaces(&self) -> Vec<PuppetWorkspace> {
-        self.puppets.iter().map(Puppet::workspace).collect()
-    }
-
-    /// The picture of a moment.
-    fn at(&self, seconds: f64, workspaces: &mut [PuppetWorkspace]) -> Picture {
-        let mut picture = self.background.clone();
+    /// Draws the picture of a moment, and says which area of it is not the background.
+    fn draw(&self, seconds: f64, easel: &mut Easel) -> [usize; 4] {
+        let Easel { workspaces, picture, drawn } = easel;
+        let [left, top, right, bottom] = *drawn;
+        for row in top..bottom {
+            let pixels = row * picture.width + left..row * picture.width + right;
+            picture.pixels[pixels.clone()].copy_from_slice(&self.background.pixels[pixels]);
+        }
+        *drawn = [picture.width, picture.height, 0, 0];
         for ((puppet, character), workspace) in self.puppets.iter().zip(&self.scenery.characters).zip(workspaces) {
             let frame = (seconds / character.performance.frame_time).round() as usize;
-            puppet.draw(&character.performance, frame, workspace, &mut picture);
+            let [left, top, right, bottom] = puppet.draw(&character.performance, frame, workspace, picture);
+            *drawn = [drawn[0].min(left), drawn[1].min(top), drawn[2].max(right), drawn[3].max(bottom)];
             if self.scenery.shows_bodies {
                 // Bodies begin anew where drawings hold still.
                 let frame = frame % character.motion.frames();
@@ -75,28 +89,34 @@ impl<'a> Shown<'a> {
                 let places: Vec<glam::DVec3> = (0..character.motion.joints())
                     .map(|joint| character.motion.world_place(frame, joint) + shift)
                     .collect();
-                puppet.draw_body(&places, character.body_scale, &mut picture);
+                puppet.draw_body(&places, character.body_scale, picture);
+                *drawn = [0, 0, picture.width, picture.height];
             }
         }
-        picture
+        *drawn
+    }
+
+    /// Does something with the picture of a moment and the area of it that is not the background.
+    fn at<T>(&self, seconds: f64, work: impl FnOnce(&Picture, [usize; 4]) -> T) -> T {
+        let free = self.easels.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut easel = free.unwrap_or_else(|| Easel {
+            workspaces: self.puppets.iter().map(Puppet::workspace).collect(),
+            picture: self.background.clone(),
+            drawn: [0; 4],
+        });
+        let area = self.draw(seconds, &mut easel);
+        let made = work(&easel.picture, area);
+        self.easels.lock().unwrap_or_else(PoisonError::into_inner).push(easel);
+        made
     }
 
     /// The moving picture.
     pub(super) fn film(&self, format: PictureFormat, control: &Control) -> Result<Vec<u8>, Failure> {
         let (fps, count) = self.pace(if format == PictureFormat::Gif { MAX_FPS_OF_GIF } else { MAX_FPS });
-        let is_transparent = self.background.pixels.iter().any(|pixel| pixel[3] < 255);
-        let size = [self.background.width, self.background.height];
-        let alone = |index: usize| self.at(index as f64 / fps, &mut self.workspaces());
-        let mut reel = Reel::new(format, size, fps, count, is_transparent, alone).map_err(broken)?;
-        let shoot = |workspaces: &mut Vec<PuppetWorkspace>, index: usize| self.at(index as f64 / fps, workspaces);
-        let pixels = self.background.pixels.len();
-        in_order(
-            (count, pixels),
-            control,
-            || self.workspaces(),
-            shoot,
-            |pictures| reel.add(&pictures).map_err(broken),
-        )?;
+        let alone = |index: usize| self.at(index as f64 / fps, |picture, _| picture.clone());
+        let (mut reel, shutter) = Reel::new(format, &self.background, fps, count, alone).map_err(broken)?;
+        let shoot = |index: usize| self.at(index as f64 / fps, |picture, area| shutter.shot(picture, area));
+        in_order((count, self.background.pixels.len()), control, shoot, |shots| reel.add(shots).map_err(broken))?;
         reel.finish().map_err(broken)
     }
 
@@ -104,20 +124,13 @@ impl<'a> Shown<'a> {
     pub(super) fn stills(&self, control: &Control) -> Result<Vec<u8>, Failure> {
         let (fps, count) = self.pace(MAX_FPS);
         let mut files: Vec<Vec<u8>> = Vec::with_capacity(count);
-        let make =
-            |workspaces: &mut Vec<PuppetWorkspace>, index: usize| self.at(index as f64 / fps, workspaces).to_png();
-        in_order(
-            (count, self.background.pixels.len()),
-            control,
-            || self.workspaces(),
-            make,
-            |stills| {
-                for still in stills {
-                    files.push(still.map_err(broken)?);
-                }
-                Ok(())
-            },
-        )?;
+        let make = |index: usize| self.at(index as f64 / fps, |picture, _| picture.to_png());
+        in_order((count, self.background.pixels.len()), control, make, |stills| {
+            for still in stills {
+                files.push(still.map_err(broken)?);
+            }
+            Ok(())
+        })?;
         let names: Vec<String> = (0..count).map(|index| format!("frame_{index:05}.png")).collect();
         let members = names.iter().map(String::as_str).zip(files.iter().map(Vec::as_slice));
         Ok(pack_files(members)?)

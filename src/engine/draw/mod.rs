@@ -271,11 +271,10 @@ fn writable() -> String {
 }
 
 /// Makes pictures of frames of so many pixels, some at a time, and hands them on in their order. While some are taken, the next are made.
-fn in_order<W, T: Send>(
+fn in_order<T: Send>(
     (frames, pixels): (usize, usize),
     control: &Control,
-    workspace: impl Fn() -> W + Sync + Send,
-    make: impl Fn(&mut W, usize) -> T + Sync + Send,
+    make: impl Fn(usize) -> T + Sync + Send,
     mut take: impl FnMut(Vec<T>) -> Result<(), Failure> + Send,
 ) -> Result<(), Failure> {
     /// Pixels that are made at a time: 16 MB. As many are held that are being taken.
@@ -288,7 +287,7 @@ fn in_order<W, T: Send>(
         let before = std::mem::take(&mut ready);
         let (taken, made) = rayon::join(
             || if before.is_empty() { Ok(()) } else { take(before) },
-            || numbers.into_par_iter().map_init(&workspace, &make).collect(),
+            || numbers.into_par_iter().with_max_len(1).map(&make).collect(),
         );
         taken?;
         ready = made;

@@ -60,6 +60,8 @@ struct DrawingAnnotationView {
     /// `origin` (`given`, `alpha` or `strokes`) and `pixels` of the mask.
     #[schema(value_type = Object)]
     mask: serde_json::Value,
+    /// How many joints a pose model found. Absent where none did.
+    joints_by_model: Option<u64>,
     /// Tips that stand out of the figure: hands, feet, head, hair and the like.
     tips: u64,
     /// Deviations and guesses: `code`, `place`, `detail`, `hint`.
@@ -81,7 +83,7 @@ struct DrawnJoint {
     confidence: f64,
 }
 
-/// Finds mask and joints of the figure in a picture, without a model.
+/// Finds mask and joints of the figure in a picture, without a model unless whoever runs the service gave one.
 ///
 /// The answer is a zip archive with `char_cfg.yaml`, `texture.png`, `mask.png`, `joint_overlay.png` and `bounding_box.yaml`, or with
 /// `Accept: application/json` what was found: joints with confidence, box and warnings. Nothing is kept.

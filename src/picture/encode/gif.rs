@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::super::{Picture, error::PictureError};
 use super::{
+    Area,
     lzw::{self, Costs},
     refused,
 };
@@ -39,8 +40,12 @@ pub(in crate::picture) struct Writer {
     is_transparent: bool,
     palette: Arc<Palette>,
     frame: usize,
+    /// What is there where nothing is drawn, in colors of the palette; where that is not known, frames are whole.
+    ground: Vec<u8>,
     /// What the last frame shows, in colors of the palette.
     before: Option<Vec<u8>>,
+    /// Where that is not the ground.
+    drawn: Area,
     encoder: Option<::gif::Encoder<Vec<u8>>>,
 }
 
@@ -79,24 +84,56 @@ impl Palette {
         }
     }
 
-    /// A picture in colors of the palette.
-    pub(in crate::picture) fn shown(&self, picture: &Picture) -> Vec<u8> {
+    /// An area of a picture in colors of the palette.
+    pub(in crate::picture) fn patch(&self, picture: &Picture, area: Area) -> Patch {
         let nearest = |bucket: usize| *self.nearest[bucket].get_or_init(|| nearest(&self.colors, middle(bucket)));
         // Most pixels are as the one before.
         let mut last = ([0; 4], NOTHING);
-        let color = |pixel: &[u8; 4]| {
-            if *pixel != last.0 {
-                last = (*pixel, if pixel[3] < 128 { NOTHING } else { nearest(bucket(*pixel)) });
-            }
-            last.1
+        let [left, top, right, bottom] = area;
+        let mut colors = Vec::with_capacity((right - left) * (bottom - top));
+        for row in top..bottom {
+            colors.extend(picture.pixels[row * picture.width..][left..right].iter().map(|pixel| {
+                if *pixel != last.0 {
+                    last = (*pixel, if pixel[3] < 128 { NOTHING } else { nearest(bucket(*pixel)) });
+                }
+                last.1
+            }));
+        }
+        Patch { area, colors }
+    }
+}
+
+/// An area of a picture in colors of the palette.
+pub(in crate::picture) struct Patch {
+    area: Area,
+    colors: Vec<u8>,
+}
+
+impl Patch {
+    /// What of it is not nothing; one pixel where there is none.
+    fn trimmed(self) -> Self {
+        let [left, top, right, bottom] = self.area;
+        let width = right - left;
+        let Some([first, high, last, low]) = moved(width, bottom - top, |at| self.colors[at] == NOTHING) else {
+            return Self { area: [0, 0, 1, 1], colors: vec![NOTHING] };
         };
-        picture.pixels.iter().map(color).collect()
+        let rows = (high..low).flat_map(|row| &self.colors[row * width..][first..last]);
+        Self { area: [left + first, top + high, left + last, top + low], colors: rows.copied().collect() }
     }
 }
 
 impl Writer {
     pub(super) fn new(size: [usize; 2], fps: f64, is_transparent: bool) -> Self {
-        Self { size, fps, is_transparent, palette: Arc::new(Palette::empty()), frame: 0, before: None, encoder: None }
+        let palette = Arc::new(Palette::empty());
+        let drawn = [0, 0, size[0], size[1]];
+        Self { size, fps, is_transparent, palette, frame: 0, ground: Vec::new(), before: None, drawn, encoder: None }
+    }
+
+    /// Begins on a ground. Says whether frames need not be whole.
+    pub(super) fn begin_on(&mut self, ground: &Picture) -> bool {
+        self.ground = self.palette.patch(ground, [0, 0, self.size[0], self.size[1]]).colors;
+        // Where the frame before is taken away, so is the ground.
+        !self.is_transparent || self.ground.iter().all(|color| *color == NOTHING)
     }
 
     /// The colors of all frames.
@@ -111,24 +148,20 @@ impl Writer {
 
     /// Adds frames: their colors are looked up at the same time.
     pub(super) fn add(&mut self, pictures: &[Picture]) -> Result<(), PictureError> {
-        self.add_shown(pictures.par_iter().map(|picture| self.palette.shown(picture)).collect())
+        let whole = [0, 0, self.size[0], self.size[1]];
+        self.add_patches(pictures.par_iter().map(|picture| self.palette.patch(picture, whole)).collect())
     }
 
     /// Adds frames in colors of the palette: each is packed when it is known what the one before it shows.
-    pub(super) fn add_shown(&mut self, shown: Vec<Vec<u8>>) -> Result<(), PictureError> {
-        let count = shown.len();
+    pub(super) fn add_patches(&mut self, patches: Vec<Patch>) -> Result<(), PictureError> {
+        let count = patches.len();
         let frames: Vec<::gif::Frame<'_>> = if self.is_transparent {
             // None of them knows the one before it.
-            let numbered = shown.into_par_iter().enumerate();
-            numbered.map(|(index, shown)| self.packed(self.frame + index, shown).0).collect()
+            let numbered = patches.into_par_iter().enumerate();
+            numbered.map(|(index, patch)| self.packed_alone(self.frame + index, patch)).collect()
         } else {
-            let mut frames = Vec::with_capacity(shown.len());
-            for (index, shown) in shown.into_iter().enumerate() {
-                let (frame, shown) = self.packed(self.frame + index, shown);
-                frames.push(frame);
-                self.before = Some(shown);
-            }
-            frames
+            let numbered = patches.into_iter().enumerate();
+            numbered.map(|(index, patch)| self.packed(self.frame + index, &patch)).collect()
         };
         if self.encoder.is_none() {
             let mut palette = self.palette.colors.as_flattened().to_vec();
@@ -145,36 +178,67 @@ impl Writer {
         Ok(())
     }
 
-    /// A frame of what differs from the one before, and all that is shown then. A pixel whose color is nearly that which it has already may stay,
+    /// A frame of all that is not nothing: the frame before is taken away.
+    fn packed_alone(&self, number: usize, patch: Patch) -> ::gif::Frame<'static> {
+        let Patch { area, mut colors } = patch.trimmed();
+        let buffer = lzw::pack(&mut colors, |_, color| self.palette.changing.of(color));
+        self.framed(number, area, buffer)
+    }
+
+    /// A frame of what differs from the one before. A pixel whose color is nearly that which it has already may stay,
     /// as what stays takes next to nothing; others may become a color that is nearly theirs. They never drift: each is compared with what is to be
     /// shown, not with what was.
-    fn packed(&self, number: usize, wanted: Vec<u8>) -> (::gif::Frame<'static>, Vec<u8>) {
+    fn packed(&mut self, number: usize, patch: &Patch) -> ::gif::Frame<'static> {
         let [width, height] = self.size;
-        let before = self.before.as_deref();
-        let stays = |at: usize| match before {
-            Some(before) => self.palette.changing.of(before[at])[usize::from(wanted[at])] < Costs::TOO_MUCH,
-            None => wanted[at] == NOTHING,
+        // Outside of what is drawn now or was drawn before, the ground stays.
+        let area = match &self.before {
+            Some(_) => around(self.drawn, patch.area),
+            None => [0, 0, width, height],
         };
-        // Where the frame before is taken away, there is nothing around the figure already.
-        let is_whole = before.is_none() && !self.is_transparent;
-        let changed = if is_whole { Some([0, 0, width, height]) } else { moved(width, height, stays) };
-        let [left, top, right, bottom] = changed.unwrap_or([0, 0, 1, 1]);
-        let places = (top..bottom).flat_map(|row| row * width + left..row * width + right);
-        let own: Vec<u8> = places.clone().map(|at| wanted[at]).collect();
-        let mut pixels: Vec<u8> = places.clone().map(|at| if stays(at) { NOTHING } else { wanted[at] }).collect();
-        // In place of what may stay, its new color or one that is near it will do as well.
+        let is_empty = area[0] >= area[2] || area[1] >= area[3];
+        let area = if is_empty { [0, 0, 1, 1] } else { area };
+        self.drawn = patch.area;
+        let mut wanted = cut(&self.ground, width, area);
+        let across = patch.area[2] - patch.area[0];
+        for (row, colors) in patch.colors.chunks(across.max(1)).enumerate() {
+            let at = (patch.area[1] + row - area[1]) * (area[2] - area[0]) + patch.area[0] - area[0];
+            wanted[at..at + across].copy_from_slice(colors);
+        }
         let Palette { changing, staying, .. } = &*self.palette;
+        let (inside, own, mut pixels) = match &self.before {
+            None => (area, wanted.clone(), wanted),
+            Some(before) => {
+                let before = cut(before, width, area);
+                let stays = |at: usize| changing.of(before[at])[usize::from(wanted[at])] < Costs::TOO_MUCH;
+                let across = area[2] - area[0];
+                let inside = moved(across, area[3] - area[1], stays).unwrap_or([0, 0, 1, 1]);
+                let own = cut(&wanted, across, inside);
+                let places = (inside[1]..inside[3]).flat_map(|row| row * across + inside[0]..row * across + inside[2]);
+                let pixels = places.zip(&own).map(|(at, own)| if stays(at) { NOTHING } else { *own }).collect();
+                ([area[0] + inside[0], area[1] + inside[1], area[0] + inside[2], area[1] + inside[3]], own, pixels)
+            }
+        };
+        // In place of what may stay, its new color or one that is near it will do as well.
         let buffer = lzw::pack(&mut pixels, |at, color| match color {
             NOTHING => staying.of(own[at]),
             _ => changing.of(color),
         });
-        let mut shown = before.map_or_else(|| vec![NOTHING; width * height], <[u8]>::to_vec);
-        for (at, color) in places.zip(pixels).filter(|(_, color)| *color != NOTHING) {
-            shown[at] = color;
+        let shown = self.before.get_or_insert_with(|| vec![NOTHING; width * height]);
+        for (row, colors) in (inside[1]..inside[3]).zip(pixels.chunks(inside[2] - inside[0])) {
+            let row = &mut shown[row * width..][inside[0]..inside[2]];
+            row.iter_mut()
+                .zip(colors)
+                .filter(|(_, color)| **color != NOTHING)
+                .for_each(|(shown, color)| *shown = *color);
         }
+        self.framed(number, inside, buffer)
+    }
+
+    /// Packed pixels as a frame.
+    fn framed(&self, number: usize, [left, top, right, bottom]: Area, buffer: Vec<u8>) -> ::gif::Frame<'static> {
         // In hundredths of a second; those of all frames add up to the exact length.
         let begins = |frame: usize| (frame as f64 * 100.0 / self.fps).round() as u64;
-        let frame = ::gif::Frame {
+        ::gif::Frame {
             delay: u16::try_from(begins(number + 1) - begins(number)).unwrap_or(u16::MAX),
             dispose: if self.is_transparent { ::gif::DisposalMethod::Background } else { ::gif::DisposalMethod::Keep },
             transparent: Some(NOTHING),
@@ -184,14 +248,26 @@ impl Writer {
             height: (bottom - top) as u16,
             buffer: buffer.into(),
             ..::gif::Frame::default()
-        };
-        (frame, shown)
+        }
     }
 
     pub(super) fn finish(self) -> Result<Vec<u8>, PictureError> {
         let encoder = self.encoder.ok_or_else(|| PictureError::new("there are no frames"))?;
         encoder.into_inner().map_err(refused)
     }
+}
+
+/// The smallest area with two in it.
+fn around(one: Area, other: Area) -> Area {
+    [one[0].min(other[0]), one[1].min(other[1]), one[2].max(other[2]), one[3].max(other[3])]
+}
+
+/// An area of a picture of that width; nothing of it where there is no picture.
+fn cut(pixels: &[u8], width: usize, [left, top, right, bottom]: Area) -> Vec<u8> {
+    if pixels.is_empty() {
+        return vec![NOTHING; (right - left) * (bottom - top)];
+    }
+    (top..bottom).flat_map(|row| &pixels[row * width..][left..right]).copied().collect()
 }
 
 /// The smallest rectangle outside of which all pixels stay as they are: left, top, right and bottom; nothing where all do.
@@ -305,12 +381,12 @@ mod tests {
             (0..12).map(|frame| Picture::filled(4, 4, [100, 100, 100 + 8 * frame, 255])).collect();
         let mut writer = Writer::new([4, 4], 10.0, false);
         writer.use_palette(Arc::new(Palette::of(&frames)));
-        let wanted: Vec<Vec<u8>> = frames.iter().map(|frame| writer.palette.shown(frame)).collect();
+        let whole = [0, 0, 4, 4];
+        let wanted: Vec<Vec<u8>> = frames.iter().map(|frame| writer.palette.patch(frame, whole).colors).collect();
         let mut shown = Vec::new();
         for (number, wanted) in wanted.iter().enumerate() {
-            let (_, now) = writer.packed(number, wanted.clone());
-            writer.before = Some(now.clone());
-            shown.push(now);
+            writer.packed(number, &Patch { area: whole, colors: wanted.clone() });
+            shown.push(writer.before.clone().expect("what is shown"));
         }
         let color = |index: u8| writer.palette.colors[usize::from(index)];
         for (shown, wanted) in shown.iter().zip(&wanted) {

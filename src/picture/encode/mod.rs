@@ -99,28 +99,57 @@ pub(super) fn frames_learned_from(frames: usize) -> Vec<usize> {
     (0..8).map(|place| place * (frames - 1) / 7).collect()
 }
 
+/// A part of a picture: left, top, right and bottom, the last two beyond its last pixels.
+pub(super) type Area = [usize; 4];
+
 /// A frame as its encoder takes it.
 pub(super) enum Frame {
     /// As it was drawn.
     Colors(Picture),
     /// In colors of a palette, which is a quarter as large.
-    InPalette(Vec<u8>),
+    InPalette(gif::Patch),
+    /// In colors of video.
+    #[cfg(feature = "mp4")]
+    Planes(mp4::Planes),
 }
 
 /// Makes frames of pictures.
-pub(super) struct Preparation(Option<Arc<gif::Palette>>);
+pub(super) enum Preparation {
+    Colors,
+    /// With whether parts of pictures are enough.
+    Palette(Arc<gif::Palette>, bool),
+    /// With what there is where nothing is drawn.
+    #[cfg(feature = "mp4")]
+    Planes(mp4::Planes),
+}
 
 impl Preparation {
     /// Whether a frame takes less room than its picture.
     pub(super) const fn is_compact(&self) -> bool {
-        self.0.is_some()
+        matches!(self, Self::Palette(..))
     }
 
     /// A frame, and the picture where that is not needed any more.
     pub(super) fn frame(&self, picture: Picture) -> (Frame, Option<Picture>) {
-        match &self.0 {
-            Some(palette) => (Frame::InPalette(palette.shown(&picture)), Some(picture)),
-            None => (Frame::Colors(picture), None),
+        match self {
+            Self::Palette(palette, _) => {
+                let whole = [0, 0, picture.width, picture.height];
+                (Frame::InPalette(palette.patch(&picture, whole)), Some(picture))
+            }
+            _ => (Frame::Colors(picture), None),
+        }
+    }
+
+    /// A frame of a picture that is, but for an area, as where nothing is drawn.
+    pub(super) fn frame_of_part(&self, picture: &Picture, area: Area) -> Frame {
+        match self {
+            Self::Colors => Frame::Colors(picture.clone()),
+            Self::Palette(palette, true) => Frame::InPalette(palette.patch(picture, area)),
+            Self::Palette(palette, false) => {
+                Frame::InPalette(palette.patch(picture, [0, 0, picture.width, picture.height]))
+            }
+            #[cfg(feature = "mp4")]
+            Self::Planes(ground) => Frame::Planes(ground.with(picture, area)),
         }
     }
 }
@@ -169,23 +198,39 @@ impl Motion {
 
     /// What makes frames of pictures, which others may do while this adds those before.
     pub(super) fn preparation(&self) -> Preparation {
-        Preparation(match self {
-            Self::Gif(writer) => Some(writer.palette()),
-            _ => None,
-        })
+        match self {
+            Self::Gif(writer) => Preparation::Palette(writer.palette(), false),
+            _ => Preparation::Colors,
+        }
+    }
+
+    /// The same where most of each picture is as the ground, on which nothing is drawn yet.
+    pub(super) fn preparation_on(&mut self, ground: &Picture) -> Preparation {
+        match self {
+            Self::Gif(writer) => Preparation::Palette(writer.palette(), writer.begin_on(ground)),
+            #[cfg(feature = "mp4")]
+            Self::Mp4(_) => Preparation::Planes(mp4::Planes::of(ground)),
+            _ => Preparation::Colors,
+        }
     }
 
     /// Adds what [`Self::preparation`] has made of pictures, and gives the pictures back that are not needed any more.
     pub(super) fn add_frames(&mut self, frames: Vec<Frame>) -> Result<Vec<Picture>, PictureError> {
-        let (mut pictures, mut shown) = (Vec::new(), Vec::new());
+        let (mut pictures, mut patches) = (Vec::new(), Vec::new());
+        #[cfg(feature = "mp4")]
+        let mut planes = Vec::new();
         for frame in frames {
             match frame {
                 Frame::Colors(picture) => pictures.push(picture),
-                Frame::InPalette(colors) => shown.push(colors),
+                Frame::InPalette(patch) => patches.push(patch),
+                #[cfg(feature = "mp4")]
+                Frame::Planes(of_frame) => planes.push(of_frame),
             }
         }
         match self {
-            Self::Gif(writer) => writer.add_shown(shown)?,
+            Self::Gif(writer) => writer.add_patches(patches)?,
+            #[cfg(feature = "mp4")]
+            Self::Mp4(writer) if !planes.is_empty() => writer.add_planes(&planes)?,
             _ => self.add(&pictures)?,
         }
         Ok(pictures)

@@ -10,7 +10,7 @@ use super::{annotated, decoded, file, png, styles};
 fn with_mask(picture: &[u8], mask: &Picture) -> Result<AnnotatedDrawing, Failure> {
     let mask = write_png(mask).unwrap_or_else(|error| panic!("{error}"));
     let named = |bytes| NamedBytes { name: "picture", bytes };
-    annotate_drawing(named(picture), Some(named(&mask)), None, &Control::new())
+    annotate_drawing(named(picture), Some(named(&mask)), None, None, &Control::new())
 }
 
 /// A small figure, and a mask of it that leaves out the head.
@@ -80,6 +80,7 @@ fn masks_that_cannot_be_used_are_refused_with_what_is_wrong() {
     let broken = annotate_drawing(
         NamedBytes { name: "picture", bytes: &picture },
         Some(NamedBytes { name: "mask", bytes: &picture[..picture.len() / 2] }),
+        None,
         None,
         &Control::new(),
     );

@@ -115,7 +115,7 @@ fn on_the_trunk(pose: Pose) -> Pose {
     Pose { limbs: [[-0.01, pose.limbs[0][1]], elbow, hand, [-0.01, pose.limbs[3][1]], knee, foot], ..pose }
 }
 
-fn stick_figure() -> Drawn {
+pub(crate) fn stick_figure() -> Drawn {
     let pose = on_the_trunk(ARMS_DOWN).at([250.0, 60.0], 480.0);
     let mut canvas = Canvas::new(500, 620, 4.0);
     stick(&mut canvas, &pose);

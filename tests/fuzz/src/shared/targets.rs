@@ -186,7 +186,7 @@ fn annotation(bytes: &[u8]) {
     let file = |bytes| NamedBytes { name: "picture", bytes };
     let figure = seeds::drawn_figure();
     for (picture, mask) in [(bytes, None), (&*figure, Some(file(bytes)))] {
-        let Some(drawing) = judge(engine::annotate_drawing(file(picture), mask, None, &Control::new())) else {
+        let Some(drawing) = judge(engine::annotate_drawing(file(picture), mask, None, None, &Control::new())) else {
             continue;
         };
         let view = drawing.view();
