@@ -1,5 +1,5 @@
-//! Pose models: small ONNX files, written byte by byte, that find marks by their colors. What needs models runs in builds that have them:
-//! `cargo nextest run --features mp4,pose-model --test it -E "test(pose_model)"`.
+//! Pose models: small ONNX files, written byte by byte, that find marks by their colors. What needs models runs in builds that have them, as the
+//! test command's does.
 
 use std::{path::Path, process::Command};
 
@@ -186,7 +186,8 @@ async fn a_pose_model_finds_joints_over_http() {
     let service = crate::service_process::ServiceProcess::listening(&mut serve("marks.onnx"));
     let image = reqwest::multipart::Part::bytes(std::fs::read(folder.path().join("figure.png")).expect("there"));
     let form = reqwest::multipart::Form::new().part("image", image.file_name("figure.png"));
-    let request = reqwest::Client::new().post(format!("{}/v1/drawing-annotations", service.url));
+    let client = reqwest::Client::builder().timeout(std::time::Duration::from_secs(60)).build().expect("a client");
+    let request = client.post(format!("{}/v1/drawing-annotations", service.url));
     let answer = request.header("accept", "application/json").multipart(form).send().await.expect("an answer");
     let text = answer.text().await.expect("a body");
     check(&serde_json::from_str(&text).expect("JSON"), &without, places);

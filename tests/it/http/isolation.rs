@@ -92,7 +92,7 @@ async fn what_brings_the_engine_down_ends_its_own_job_alone() {
     let data = tempfile::tempdir().expect("a folder");
     let service = wild_service(
         data.path(),
-        &["--workers", "2", "--job-timeout", "3s", "--process-memory", "256MiB", "--result-cache", "off"],
+        &["--workers", "2", "--job-timeout", "8s", "--process-memory", "256MiB", "--result-cache", "off"],
     );
     let studio = Studio::at(&service);
     let healthy = studio.upload("walk.glb").await;
