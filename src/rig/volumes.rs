@@ -75,10 +75,14 @@ pub(crate) fn body_parts(source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<B
     parts
 }
 
-/// The parts of a rig's body with its hands, lengths in the scene's unit.
+/// The parts of a rig's body with its hands, lengths in the scene's unit. Unlike those of [`body_parts`], which hands are led to as they
+/// lie on the other body, they are nowhere thicker than the mesh.
 #[must_use]
 pub fn body_capsules(side: &Rig<'_>) -> Vec<(&'static str, Capsule)> {
-    let parts = capsules(side, 1.0).into_iter().map(|(name, _, capsule)| (name, capsule));
+    let trunk = Body::of(side, 1.0).map(|body| body.fitted_trunk()).unwrap_or_default();
+    let round = capsules(side, 1.0).into_iter().map(|(name, _, capsule)| (name, capsule));
+    let others: Vec<_> = round.filter(|(name, _)| !trunk.iter().any(|(fitted, _)| fitted == name)).collect();
+    let parts = trunk.into_iter().chain(others);
     let hands = [("left_hand", Limb::LeftArm), ("right_hand", Limb::RightArm)];
     parts.chain(hands.into_iter().filter_map(|(name, arm)| Some((name, hand(side, arm, 1.0)?)))).collect()
 }
@@ -209,7 +213,7 @@ impl<'a, 'b> Body<'a, 'b> {
         capsule(center + ahead * f64::midpoint(front, back), half, radius)
     }
 
-    /// Hips, waist and chest lie across, so that they are wider than deep; the head is on top.
+    /// Hips and chest lie across, so that they are wider than deep; the waist stands between them, the head on top.
     fn trunk(&self) -> Vec<Named> {
         let mut found = Vec::new();
         let spine = self.side.role("spine");
@@ -219,22 +223,43 @@ impl<'a, 'b> Body<'a, 'b> {
             return found;
         };
         let chest = spine.last().copied().unwrap_or(pelvis);
-        let hips = (left + right) / 2.0;
-        let thighs: Vec<usize> = ["left_thigh", "right_thigh"].iter().filter_map(|role| self.first(role)).collect();
-        let around = [&[pelvis], thighs.as_slice()].concat();
-        found.push(("hips", None, self.across(pelvis, hips, (left - right) / 2.0, 0.13, &around)));
+        found.push(("hips", None, self.capsule((pelvis, left), (pelvis, right), 0.13, &[pelvis])));
         if let (Some(left), Some(right)) = (self.place("left_upper_arm"), self.place("right_upper_arm")) {
-            let shoulders = (left - right) / 2.0;
             let middle = (left + right) / 2.0 - self.side.up() * (0.12 * self.leg);
-            let trunk: Vec<usize> = spine.iter().copied().chain([pelvis]).collect();
-            found.push(("chest", None, self.across(chest, middle, shoulders * 0.6, 0.13, &trunk)));
-            let waist = spine.get(spine.len() / 2).copied().unwrap_or(pelvis);
-            found.push(("waist", None, self.across(waist, (hips + middle) / 2.0, shoulders * 0.25, 0.14, &trunk)));
+            let half = (left - right) * 0.3;
+            found.push(("chest", None, self.capsule((chest, middle + half), (chest, middle - half), 0.13, &[chest])));
+            let hips = (self.place("left_thigh").unwrap_or(middle) + self.place("right_thigh").unwrap_or(middle)) / 2.0;
+            let joints: Vec<usize> = spine.iter().copied().chain([pelvis]).collect();
+            found.push(("waist", None, self.capsule((pelvis, hips), (chest, middle), 0.14, &joints)));
         }
         if let Some(head) = self.first("head") {
             let up = self.side.up() * self.leg;
             let (low, high) = (self.at(head) + up * 0.07, self.at(head) + up * 0.13);
             found.push(("head", None, self.capsule((head, low), (head, high), 0.11, &[head])));
+        }
+        found
+    }
+
+    /// Hips, waist and chest, each as wide and as deep as the mesh is there: what is inside of them is inside of the body. The round ones of
+    /// [`Self::trunk`] reach past the sides of a trunk, which is wider than deep.
+    fn fitted_trunk(&self) -> Vec<(&'static str, Capsule)> {
+        let spine = self.side.role("spine");
+        let thighs = ["left_thigh", "right_thigh"];
+        let (Some(pelvis), [Some(left), Some(right)]) = (self.first("pelvis"), thighs.map(|role| self.place(role)))
+        else {
+            return Vec::new();
+        };
+        let hips = (left + right) / 2.0;
+        let around: Vec<usize> = thighs.iter().filter_map(|role| self.first(role)).chain([pelvis]).collect();
+        let mut found = vec![("hips", self.across(pelvis, hips, (left - right) / 2.0, 0.13, &around))];
+        if let (Some(left), Some(right)) = (self.place("left_upper_arm"), self.place("right_upper_arm")) {
+            let shoulders = (left - right) / 2.0;
+            let middle = (left + right) / 2.0 - self.side.up() * (0.12 * self.leg);
+            let trunk: Vec<usize> = spine.iter().copied().chain([pelvis]).collect();
+            let joint = |place: usize| spine.get(place).copied().unwrap_or(pelvis);
+            let (chest, waist) = (joint(spine.len().saturating_sub(1)), joint(spine.len() / 2));
+            found.push(("chest", self.across(chest, middle, shoulders * 0.6, 0.13, &trunk)));
+            found.push(("waist", self.across(waist, (hips + middle) / 2.0, shoulders * 0.25, 0.14, &trunk)));
         }
         found
     }
@@ -257,5 +282,45 @@ impl<'a, 'b> Body<'a, 'b> {
             Some((name, arm, capsule))
         };
         PARTS.into_iter().filter_map(part).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        model::{Reporter, SkinPoint, SkinPoints, Transform},
+        retarget::RetargetSpec,
+        samples,
+    };
+
+    #[test]
+    fn a_trunk_is_as_wide_and_as_deep_as_its_mesh() {
+        let mut scene = samples::walk_scene();
+        let rest = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+        let mut entries = Vec::new();
+        for name in ["mixamorig:Hips", "mixamorig:Spine", "mixamorig:Spine1", "mixamorig:Spine2"] {
+            let joint = scene.skeleton.find(name).expect("a joint of the walker");
+            let at = rest.transforms()[joint].translation;
+            // Walls of a box of 24 by 14 centimeters about each joint, eight high.
+            for step in 0..40 {
+                for (x, z) in [(0.12, 0.07), (0.12, -0.07), (-0.12, 0.07), (-0.12, -0.07)] {
+                    let place = DVec3::new(x, at.y - 0.1 + 0.005 * f64::from(step), at.z + z);
+                    let own = rest.transforms()[joint].relative(&Transform::from_translation(place)).translation;
+                    let point = SkinPoint { position: own.as_vec3(), weight: 1.0 };
+                    entries.push((u32::try_from(joint).expect("few joints"), point));
+                }
+            }
+        }
+        scene.skin_points = SkinPoints::new(scene.skeleton.len(), &entries);
+        let spec = RetargetSpec::default();
+        let rig = Rig::new("target", &scene, None, &spec.target, &mut Reporter::new()).expect("a rig");
+        let capsules = body_capsules(&rig);
+        for name in ["hips", "waist", "chest"] {
+            let (_, capsule) = capsules.iter().find(|(other, _)| *other == name).expect(name);
+            let half = capsule.start.offset.distance(capsule.end.offset) / 2.0;
+            assert!((capsule.radius - 0.07).abs() < 0.02, "{name} is as deep: {}", capsule.radius);
+            assert!((half + capsule.radius - 0.12).abs() < 0.02, "{name} is as wide: {half} and {}", capsule.radius);
+        }
     }
 }

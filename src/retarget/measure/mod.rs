@@ -23,6 +23,7 @@ mod motion;
 mod pops;
 mod rest;
 mod skin;
+mod slide;
 mod smoothness;
 mod spine;
 mod statistics;

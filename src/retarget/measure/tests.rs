@@ -171,6 +171,29 @@ fn limbs_that_point_or_turn_elsewhere_are_named() {
 }
 
 #[test]
+fn a_foot_that_stands_flat_is_right_however_the_source_is_tilted() {
+    let scene = walker();
+    let turned = |rotation: DQuat| {
+        clip(&scene.skeleton, 20, |_, pose| {
+            let model = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+            for name in ["mixamorig:LeftFoot", "mixamorig:RightFoot"] {
+                let own = model.transforms()[joint(&scene.skeleton, name).0].rotation;
+                turn(pose, &scene.skeleton, name, own.conjugate() * rotation * own);
+            }
+        })
+    };
+    let (flat, tilted) = (turned(DQuat::IDENTITY), turned(DQuat::from_rotation_x(0.35)));
+    let of = |source: &Clip, result: &Clip| {
+        let measures = measured(&scene, source, result, ReportDetail::Full);
+        measures.metrics[&MetricName::EndOrientation].parts["left_foot"]
+    };
+    close(of(&tilted, &flat), 0.0, 1e-3, "it lies on the floor");
+    close(of(&flat, &tilted), 0.35_f64.to_degrees(), 1e-3, "it does not");
+    let aside = turned(DQuat::from_rotation_y(0.35));
+    close(of(&tilted, &aside), 0.35_f64.to_degrees(), 2.0, "it lies on the floor and heads elsewhere");
+}
+
+#[test]
 fn knees_that_bend_backwards_or_snap_are_flips() {
     let scene = walker();
     let squat = |flip_at: Option<usize>| {
