@@ -163,23 +163,6 @@ pub(in crate::retarget) fn speeds(values: &[DVec3], times: &[f64]) -> Vec<f64> {
     (0..values.len()).map(speed).collect()
 }
 
-/// The lower one of the speeds from the frame before and to the frame after, in units per second; 0 for a single frame.
-///
-/// A point rests at the frame where it stops and at that where it starts. Central differences see it move there, and shorten
-/// every rest by a frame at both ends: 42 ms at 24 frames a second.
-pub(in crate::retarget) fn one_sided_speeds(values: &[DVec3], times: &[f64]) -> Vec<f64> {
-    let step = |frame: usize| {
-        let seconds = times[frame + 1] - times[frame];
-        (seconds > 0.0).then(|| values[frame + 1].distance(values[frame]) / seconds)
-    };
-    let steps: Vec<Option<f64>> = (0..values.len() - 1).map(step).collect();
-    let speed = |frame: usize| {
-        let sides = [frame.checked_sub(1).and_then(|before| steps[before]), steps.get(frame).copied().flatten()];
-        sides.into_iter().flatten().min_by(f64::total_cmp).unwrap_or(0.0)
-    };
-    (0..values.len()).map(speed).collect()
-}
-
 /// First and last frame of every run of `true`.
 pub(in crate::retarget) fn runs(flags: &[bool]) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
@@ -282,15 +265,5 @@ mod tests {
             assert!((speed - 3.0).abs() < 1e-12, "{speed}");
         }
         assert_eq!(speeds(&[DVec3::X], &[0.0]), [0.0], "one frame does not move");
-    }
-
-    #[test]
-    fn a_point_rests_from_the_frame_where_it_stops_to_that_where_it_starts() {
-        let times = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5];
-        let values = [0.0, 1.0, 2.0, 2.0, 2.0, 3.0].map(|x| DVec3::X * x);
-        let speeds = one_sided_speeds(&values, &times);
-        let expected = [10.0, 10.0, 0.0, 0.0, 0.0, 10.0];
-        assert!(speeds.iter().zip(expected).all(|(speed, expected)| (speed - expected).abs() < 1e-9), "{speeds:?}");
-        assert_eq!(one_sided_speeds(&[DVec3::X], &[0.0]), [0.0], "one frame does not move");
     }
 }

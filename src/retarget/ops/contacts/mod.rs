@@ -41,7 +41,7 @@ use crate::{
 use crate::retarget::stages::{
     contact_points::{ContactPoint, ContactPoints, Part},
     posing::Posing,
-    temporal::{one_sided_speeds, runs, smoothed},
+    temporal::{runs, smoothed, speeds},
     work::Work,
 };
 
@@ -253,7 +253,7 @@ impl Tracked {
     fn new(soles: Vec<DVec3>, times: &[f64], ground: &Ground, deviation_seconds: f64) -> Self {
         let smooth = smoothed(&soles, times, deviation_seconds);
         let heights = smooth.iter().map(|place| place.dot(ground.up)).collect();
-        let speeds = one_sided_speeds(&smooth, times);
+        let speeds = speeds(&smooth, times);
         Self { soles, heights, speeds }
     }
 }
