@@ -2,14 +2,14 @@
 
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
 
-use std::{collections::BTreeMap, hint::black_box, io::Read as _, time::Duration};
+use std::{collections::BTreeMap, hint::black_box, time::Duration};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec2;
 use retargetd::{
     drawing::{CharacterSpec, Deformation, Look, Performance, PlanarRig, Puppet, RetargetSpec, SceneSpec, ViewSection},
     engine::{DrawRequest, DrawSpec, Failure, FailureCode, Knowledge, Limits, NamedBytes, draw},
-    formats::{Format, read_numbers},
+    formats::{Format, read_numbers, unpack_files},
     model::Control,
     picture::{Picture, read_picture},
 };
@@ -20,17 +20,9 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 type Files = BTreeMap<String, Vec<u8>>;
 
 fn sample() -> Files {
-    let archive = std::io::Cursor::new(retargetd::samples::drawing());
-    let mut archive = zip::ZipArchive::new(archive).expect("an archive");
-    let mut files = Files::new();
-    for index in 0..archive.len() {
-        let mut member = archive.by_index(index).expect("a file");
-        let name = member.name().expect("a name").rsplit('/').next().unwrap_or_default().to_owned();
-        let mut bytes = Vec::new();
-        member.read_to_end(&mut bytes).expect("readable");
-        files.insert(name, bytes);
-    }
-    files
+    let files = unpack_files(&retargetd::samples::drawing(), &["yaml", "png"], &Limits::default(), &Control::new());
+    let named = |(path, bytes): (String, Vec<u8>)| (path.rsplit('/').next().unwrap_or_default().to_owned(), bytes);
+    files.expect("its files").into_iter().map(named).collect()
 }
 
 /// What the sample walk makes of the sample drawing, in formats.
@@ -63,21 +55,13 @@ fn ready(files: &Files, walk: &[u8]) -> (Puppet, Performance) {
     let performance = Performance {
         frames,
         frame_time: numbers("frame_time")[0],
-        planes: Vec::new(),
-        driven: Vec::new(),
-        orientations_degrees: Vec::new(),
-        depth_joints: Vec::new(),
-        depths: Vec::new(),
-        stretches: Vec::new(),
         is_mirrored: vec![false; frames],
         pan: numbers("camera_pan"),
-        contacts: Vec::new(),
-        roots: Vec::new(),
         start: retarget.char_starting_location,
         joints: places.chunks_exact(2).map(|at| DVec2::new(at[0], at[1])).collect(),
         order: numbers("bodypart_order").iter().map(|group| *group as usize).collect(),
         group_depths: vec![0.0; frames * groups],
-        notes: Vec::new(),
+        ..Performance::default()
     };
     let around = SceneSpec::of_bounds(performance.bounds(&rig, None), performance.start[2], [500, 500]);
     let view: ViewSection = around.view;

@@ -8,7 +8,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::{
     config::{Isolation, Settings},
-    engine::{MAX_MODEL_BYTES, read_pose_model, try_pose_model},
+    engine::{MAX_MODEL_BYTES, tried_pose_model},
     http::{self, ApiState, HeavyRequests, Server, ServerSettings, Shares, Turns},
     identity::Tokens,
     jobs::{
@@ -311,19 +311,18 @@ fn permits(count: u64) -> usize {
     usize::try_from(count).unwrap_or(Semaphore::MAX_PERMITS).min(Semaphore::MAX_PERMITS)
 }
 
-/// The records of the database that the settings name, else of the data folder.
 /// The bytes of a pose model that was tried out.
 fn pose_model(file: &str) -> anyhow::Result<Vec<u8>> {
     let place = || format!("the pose model {file} cannot be used");
     let size = std::fs::metadata(file).with_context(place)?.len();
     anyhow::ensure!(size <= MAX_MODEL_BYTES as u64, "{}: it has {size} bytes; {MAX_MODEL_BYTES} are the most", place());
     let bytes = std::fs::read(file).with_context(place)?;
-    let tried = read_pose_model(bytes.clone())
-        .and_then(|model| try_pose_model(&model, &Control::with_clock(telemetry::monotonic_seconds)));
+    let tried = tried_pose_model(bytes.clone(), &Control::with_clock(telemetry::monotonic_seconds));
     tried.map_err(|failure| anyhow::anyhow!("{}: {}; {}", place(), failure.detail, failure.hint))?;
     Ok(bytes)
 }
 
+/// The records of the database that the settings name, else of the data folder.
 async fn records(settings: &Settings, folder: Option<&DataFolder>) -> anyhow::Result<Records> {
     match folder {
         Some(folder) if settings.database.0.is_empty() => Ok(Records::open(&folder.database()).await?),

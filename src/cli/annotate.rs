@@ -121,9 +121,8 @@ fn read_pose_model(path: &Path, control: &Control) -> Result<PoseModel, Exit> {
     }
     let bytes = fs::read(path).map_err(|error| refused(format!("it cannot be read: {error}")))?;
     // Tried out first, so that what is wrong with it is told by its name.
-    let tried =
-        engine::read_pose_model(bytes).and_then(|model| engine::try_pose_model(&model, control).map(|()| model));
-    tried.map_err(|failure| Exit::from_failure(&failure, &format!("pose model {shown}")))
+    engine::tried_pose_model(bytes, control)
+        .map_err(|failure| Exit::from_failure(&failure, &format!("pose model {shown}")))
 }
 
 /// Writes all files of a character folder, or none.

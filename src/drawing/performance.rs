@@ -44,7 +44,7 @@ impl Rules {
 }
 
 /// What a drawing does, frame by frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Performance {
     /// How many frames there are.
     pub frames: usize,

@@ -107,12 +107,14 @@ pub fn read_pose_model(bytes: Vec<u8>) -> Result<PoseModel, Failure> {
     PoseModel::read(bytes).map_err(refused_model)
 }
 
-/// Asks a pose model about an empty picture.
+/// Reads a pose model, and asks it about an empty picture, so that what is wrong with it is said at once.
 ///
 /// # Errors
-/// Where it is too slow, or its answers are not those of a pose model.
-pub fn try_pose_model(model: &PoseModel, control: &Control) -> Result<(), Failure> {
-    model.try_out(control).map_err(refused_model)
+/// Like [`read_pose_model`]; where it is too slow, or its answers are not those of a pose model.
+pub fn tried_pose_model(bytes: Vec<u8>, control: &Control) -> Result<PoseModel, Failure> {
+    let model = read_pose_model(bytes)?;
+    model.try_out(control).map_err(refused_model)?;
+    Ok(model)
 }
 
 fn refused_model(error: PoseModelError) -> Failure {

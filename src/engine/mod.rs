@@ -53,7 +53,7 @@ pub(crate) use crate::rig::nearest::nearest;
 pub use alignment::AlignmentView;
 pub use annotate::{
     AnnotatedDrawing, AnnotationView, BoxView, DrawnJointView, MaskView, annotate_drawing, body_kind, read_pose_model,
-    try_pose_model,
+    tried_pose_model,
 };
 pub use characters::CharacterView;
 pub use compiled::{Compiled, CompiledFacts};

@@ -162,18 +162,23 @@ impl<'a, 'b> Body<'a, 'b> {
         Capsule { start: self.anchor(start.0, start.1), end: self.anchor(end.0, end.1), radius: radius * self.unit }
     }
 
+    /// Where the vertices are at rest that joints move.
+    fn mesh_points(&self, joints: &[usize]) -> impl Iterator<Item = DVec3> {
+        joints.iter().flat_map(|&joint| {
+            let rest = self.side.rest.transforms()[joint];
+            let points = self.side.scene.skin_points.of(joint).iter();
+            points.map(move |point| rest.transform_point(point.position.as_dvec3()))
+        })
+    }
+
     /// The distance from the line within which most of the points beside it are.
     fn thickness(&self, start: DVec3, end: DVec3, joints: &[usize]) -> Option<f64> {
         let line = end - start;
         let mut distances = Vec::new();
-        for &joint in joints {
-            let rest = self.side.rest.transforms()[joint];
-            for point in self.side.scene.skin_points.of(joint) {
-                let point = rest.transform_point(point.position.as_dvec3());
-                let share = (point - start).dot(line) / line.length_squared().max(f64::MIN_POSITIVE);
-                if (0.0..=1.0).contains(&share) {
-                    distances.push(point.distance(start + line * share));
-                }
+        for point in self.mesh_points(joints) {
+            let share = (point - start).dot(line) / line.length_squared().max(f64::MIN_POSITIVE);
+            if (0.0..=1.0).contains(&share) {
+                distances.push(point.distance(start + line * share));
             }
         }
         (distances.len() >= FEW_POINTS).then(|| share_of(&mut distances, WITHIN))
@@ -192,14 +197,10 @@ impl<'a, 'b> Body<'a, 'b> {
         let ahead = aside.cross(self.side.up());
         let mut widths = Vec::new();
         let mut depths = Vec::new();
-        for &joint in joints {
-            let rest = self.side.rest.transforms()[joint];
-            for point in self.side.scene.skin_points.of(joint) {
-                let from_center = rest.transform_point(point.position.as_dvec3()) - center;
-                if from_center.dot(self.side.up()).abs() < BAND * self.leg {
-                    widths.push(from_center.dot(aside).abs());
-                    depths.push(from_center.dot(ahead));
-                }
+        for from_center in self.mesh_points(joints).map(|point| point - center) {
+            if from_center.dot(self.side.up()).abs() < BAND * self.leg {
+                widths.push(from_center.dot(aside).abs());
+                depths.push(from_center.dot(ahead));
             }
         }
         if widths.len() < FEW_POINTS || aside == DVec3::ZERO {

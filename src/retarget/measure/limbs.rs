@@ -12,7 +12,10 @@ use super::{
     statistics::{mean, percentile},
 };
 use crate::{
-    model::{ModelPose, rotation::degrees},
+    model::{
+        ModelPose,
+        rotation::{degrees, twist_angle},
+    },
     retarget::mapping::Mapping,
     rig::{Rig, standing_floor},
 };
@@ -188,7 +191,7 @@ impl Whole {
         let whole = degrees(difference);
         let Some(upper_side) = self.upper_side.filter(|_| is_flat) else { return whole };
         let tilt = angle(compared.target.turn(frame, self.turn) * upper_side, DVec3::Y);
-        let heading = (2.0 * difference.y.abs().atan2(difference.w.abs())).to_degrees();
+        let heading = twist_angle(difference, DVec3::Y).abs().to_degrees();
         whole.min(tilt.max(heading))
     }
 }

@@ -1,12 +1,12 @@
 //! Drawings as models, played by three.js, against the mesh of the moving picture.
 
-use std::{collections::BTreeMap, io::Read as _, process::Command};
+use std::{collections::BTreeMap, process::Command};
 
 use glam::DVec2;
 use retargetd::{
     drawing::{CharacterSpec, Deformation, Look, Performance, PlanarRig, Puppet, RetargetSpec, ViewSection},
     engine::{DrawRequest, DrawSpec, Failure, FailureCode, Knowledge, Limits, NamedBytes, draw},
-    formats::{Format, read_numbers},
+    formats::{Format, read_numbers, unpack_files},
     model::Control,
     picture::read_picture,
 };
@@ -20,17 +20,9 @@ const MOMENTS: usize = 6;
 type Files = BTreeMap<String, Vec<u8>>;
 
 fn sample() -> Files {
-    let archive = std::io::Cursor::new(retargetd::samples::drawing());
-    let mut archive = zip::ZipArchive::new(archive).expect("an archive");
-    let mut files = Files::new();
-    for index in 0..archive.len() {
-        let mut member = archive.by_index(index).expect("a file");
-        let name = member.name().expect("a name").rsplit('/').next().unwrap_or_default().to_owned();
-        let mut bytes = Vec::new();
-        member.read_to_end(&mut bytes).expect("readable");
-        files.insert(name, bytes);
-    }
-    files
+    let files = unpack_files(&retargetd::samples::drawing(), &["yaml", "png"], &Limits::default(), &Control::new());
+    let named = |(path, bytes): (String, Vec<u8>)| (path.rsplit('/').next().unwrap_or_default().to_owned(), bytes);
+    files.expect("its files").into_iter().map(named).collect()
 }
 
 /// What three.js makes of a model at some moments: its vertices at rest, and where they are then.
@@ -117,21 +109,10 @@ fn performance(numbers: &impl Fn(&str) -> Vec<f64>, joints: usize) -> Performanc
     Performance {
         frames,
         frame_time: numbers("frame_time")[0],
-        planes: Vec::new(),
-        driven: Vec::new(),
-        orientations_degrees: Vec::new(),
-        depth_joints: Vec::new(),
-        depths: Vec::new(),
-        stretches: Vec::new(),
         is_mirrored: numbers("mirrored").iter().map(|mirrored| *mirrored > 0.0).collect(),
         pan: vec![0.0; frames],
-        contacts: Vec::new(),
-        roots: Vec::new(),
-        start: [0.0; 3],
         joints: places.chunks_exact(2).map(|at| DVec2::new(at[0], at[1])).collect(),
-        order: Vec::new(),
-        group_depths: Vec::new(),
-        notes: Vec::new(),
+        ..Performance::default()
     }
 }
 
