@@ -163,6 +163,16 @@ pub(in crate::retarget) fn speeds(values: &[DVec3], times: &[f64]) -> Vec<f64> {
     (0..values.len()).map(speed).collect()
 }
 
+/// Speeds from every frame to the next, in units per second; the last frame has that of the one before; 0 for a single frame.
+pub(in crate::retarget) fn forward_speeds(values: &[DVec3], times: &[f64]) -> Vec<f64> {
+    let step = |frame: usize| {
+        let seconds = times[frame + 1] - times[frame];
+        if seconds > 0.0 { values[frame + 1].distance(values[frame]) / seconds } else { 0.0 }
+    };
+    let Some(last) = values.len().checked_sub(2) else { return vec![0.0; values.len()] };
+    (0..values.len()).map(|frame| step(frame.min(last))).collect()
+}
+
 /// First and last frame of every run of `true`.
 pub(in crate::retarget) fn runs(flags: &[bool]) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
@@ -265,5 +275,16 @@ mod tests {
             assert!((speed - 3.0).abs() < 1e-12, "{speed}");
         }
         assert_eq!(speeds(&[DVec3::X], &[0.0]), [0.0], "one frame does not move");
+    }
+
+    #[test]
+    fn a_point_that_stops_rests_from_that_frame_on() {
+        let times = [0.0, 0.1, 0.2, 0.3, 0.4];
+        let values = [0.0, 1.0, 2.0, 2.0, 2.0].map(|x| DVec3::X * x);
+        let speeds = forward_speeds(&values, &times);
+        let expected = [10.0, 10.0, 0.0, 0.0, 0.0];
+        assert!(speeds.iter().zip(expected).all(|(speed, expected)| (speed - expected).abs() < 1e-9), "{speeds:?}");
+        assert_eq!(forward_speeds(&[DVec3::X], &[0.0]), [0.0], "one frame does not move");
+        assert!(forward_speeds(&[], &[]).is_empty());
     }
 }

@@ -41,7 +41,7 @@ use crate::{
 use crate::retarget::stages::{
     contact_points::{ContactPoint, ContactPoints, Part},
     posing::Posing,
-    temporal::{runs, smoothed, speeds},
+    temporal::{forward_speeds, runs, smoothed, speeds},
     work::Work,
 };
 
@@ -166,10 +166,10 @@ impl ContactStage {
             ContactFloor::Rule(ContactFloorRule::Any) => None,
             ContactFloor::Height(meters) => Some(meters * self.ground.units_per_meter),
         };
-        let is_below = |frame: usize, height: f64, speed: f64| {
-            let low = level.is_none_or(|level| track.heights[frame] - level < height * self.scale);
-            low && track.speeds[frame] < speed * self.scale
-        };
+        let is_low =
+            |frame: usize, height: f64| level.is_none_or(|level| track.heights[frame] - level < height * self.scale);
+        let is_below =
+            |frame: usize, height: f64, speed: f64| is_low(frame, height) && track.speeds[frame] < speed * self.scale;
         let mut on = false;
         let mut touches: Vec<bool> = (0..times.len())
             .map(|frame| {
@@ -181,10 +181,15 @@ impl ContactStage {
                 on
             })
             .collect();
-        // The same backward: a contact begins where the point landed, not where it was slowest.
+        // The same backward: a contact begins where the point landed, not where it was slowest. A point has landed at the frame
+        // from which on it rests; the way to that frame, which a central difference sees too, is not looked at.
+        let has_landed = |frame: usize| {
+            let speed = track.speeds[frame].min(track.forward_speeds[frame]);
+            is_low(frame, op.height_off) && speed < op.speed_land.max(op.speed_off) * self.scale
+        };
         let mut on = false;
         for frame in (0..times.len()).rev() {
-            on = touches[frame] || (on && is_below(frame, op.height_off, op.speed_land.max(op.speed_off)));
+            on = touches[frame] || (on && has_landed(frame));
             touches[frame] = on;
         }
         let missing: Vec<bool> = touches.iter().map(|touches| !touches).collect();
@@ -246,15 +251,18 @@ fn is_wanted(op: &ContactsOp, limb: Limb, name: &str) -> bool {
 struct Tracked {
     soles: Vec<DVec3>,
     heights: Vec<f64>,
+    /// By central differences.
     speeds: Vec<f64>,
+    /// To the next frame.
+    forward_speeds: Vec<f64>,
 }
 
 impl Tracked {
     fn new(soles: Vec<DVec3>, times: &[f64], ground: &Ground, deviation_seconds: f64) -> Self {
         let smooth = smoothed(&soles, times, deviation_seconds);
         let heights = smooth.iter().map(|place| place.dot(ground.up)).collect();
-        let speeds = speeds(&smooth, times);
-        Self { soles, heights, speeds }
+        let (speeds, forward_speeds) = (speeds(&smooth, times), forward_speeds(&smooth, times));
+        Self { soles, heights, speeds, forward_speeds }
     }
 }
 

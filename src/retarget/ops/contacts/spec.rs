@@ -78,7 +78,7 @@ impl Default for ContactsOp {
             height_off: 0.05,
             speed_on: 0.2,
             speed_off: 0.65,
-            speed_land: 1.3,
+            speed_land: 1.1,
             least_seconds: 0.08,
             gap_seconds: 0.07,
             smoothing_seconds: 0.05,

@@ -2,7 +2,8 @@
 //!
 //! Captures are off by the thickness of a shoe, floors are not level, and what is known of the source's soles may be guessed. So what
 //! the source's sole is above its floor while it stands counts as standing, contact by contact, as long as that is a few
-//! centimeters; what is more is a step.
+//! centimeters; what is more is a step. In a contact that lasts it may change: a body that is captured with legs of one length
+//! lifts its feet as it bows.
 
 use super::{CARRIES_METERS, Clearance, FloorFoot, FloorStage};
 use crate::retarget::{
@@ -19,6 +20,8 @@ const MAX_METERS: f64 = 0.04;
 const SELDOM: usize = 4;
 /// One of so many frames in which nothing touches is lower than the floor.
 const LOW_SHARE: usize = 4;
+/// A contact that lasts at least twice as long has a level for every piece of about this length.
+const PIECE_SECONDS: f64 = 0.5;
 /// Standard deviation of the smoothing from one contact to the next.
 const SMOOTHING_SECONDS: f64 = 0.1;
 
@@ -77,20 +80,48 @@ impl FloorStage {
         let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(foot.limb, frame)).collect();
         // Room for the frames of a contact, so that a long clip allocates no more than a short one.
         let mut clearances = Vec::with_capacity(work.frame_count());
-        let level = |(first, last): (usize, usize)| {
+        let mut level = |first: usize, last: usize| {
             let clearance = |frame: usize| rows[frame * width + index].source;
             clearances.clear();
             clearances.extend((first..=last).filter(|frame| is_flat(foot.limb, *frame, work)).map(clearance));
             if clearances.is_empty() {
                 clearances.extend((first..=last).map(clearance));
             }
-            Known { first, last, level: median(&mut clearances).unwrap_or(0.0).clamp(-most, most) }
+            median(&mut clearances).unwrap_or(0.0).clamp(-most, most)
         };
-        runs(&touches).into_iter().map(level).collect()
+        let contacts = runs(&touches).into_iter();
+        contacts
+            .flat_map(|(first, last)| pieces(first, last, work.times))
+            .map(|piece| Known { level: level(piece.first, piece.last), first: piece.from, last: piece.to })
+            .collect()
     }
 }
 
-/// The level of one contact.
+/// Frames of a contact whose level is looked at together, and those from and to which it counts.
+struct Piece {
+    first: usize,
+    last: usize,
+    from: usize,
+    to: usize,
+}
+
+/// A short contact is one piece. Between the middles of two pieces of a long one the level goes from that of one to that of the other.
+fn pieces(first: usize, last: usize, times: &[f64]) -> Vec<Piece> {
+    let frames = last - first + 1;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of pieces of a clip")]
+    let count = (((times[last] - times[first]) / PIECE_SECONDS).floor() as usize).clamp(1, frames);
+    let border = |piece: usize| first + frames * piece / count;
+    let piece = |index: usize| {
+        let (begin, end) = (border(index), border(index + 1) - 1);
+        let middle = usize::midpoint(begin, end);
+        let from = if index == 0 { first } else { middle };
+        let to = if index + 1 == count { last } else { middle };
+        Piece { first: begin, last: end, from, to }
+    };
+    (0..count).map(piece).collect()
+}
+
+/// The level of one contact, or of a piece of it.
 struct Known {
     first: usize,
     last: usize,
@@ -119,4 +150,25 @@ fn over_time(known: &[Known], otherwise: f64, times: &[f64]) -> Vec<f64> {
     };
     let levels: Vec<f64> = (0..times.len()).map(at).collect();
     smoothed(&levels, times, SMOOTHING_SECONDS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_contacts_have_a_level_for_every_half_second() {
+        let times: Vec<f64> = (0..240).map(|frame| f64::from(frame) / 60.0).collect();
+        let told = |first: usize, last: usize| -> Vec<[usize; 4]> {
+            pieces(first, last, &times).iter().map(|piece| [piece.first, piece.last, piece.from, piece.to]).collect()
+        };
+        assert_eq!(told(10, 60), [[10, 60, 10, 60]], "a step is one");
+        assert_eq!(told(0, 60), [[0, 29, 0, 14], [30, 60, 45, 60]], "a second is two");
+        assert_eq!(told(7, 7), [[7, 7, 7, 7]], "so is a frame");
+        let all = pieces(3, 239, &times);
+        assert!(all.windows(2).all(|pair| pair[0].last + 1 == pair[1].first && pair[0].to < pair[1].from));
+        let known = |piece: &Piece| Known { first: piece.from, last: piece.to, level: piece.first as f64 };
+        let levels = over_time(&all.iter().map(known).collect::<Vec<_>>(), 0.0, &times);
+        assert!(levels.windows(2).all(|pair| (0.0..2.0).contains(&(pair[1] - pair[0]))), "it changes slowly");
+    }
 }
