@@ -8,7 +8,7 @@ use retargetd::{
     engine::{Format, Inputs, Limits, NamedBytes, Outcome, retarget},
     model::{Clip, Control, Joint, JointTracks, ModelPose, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Track},
     retarget::{Plan, Resolved, RetargetSpec, parse_value, resolve, run},
-    rig::{HowAligned, Rig, RollCue},
+    rig::{HowAligned, RestSource, Rig, RollCue},
     samples,
 };
 use serde_json::{Value, json};

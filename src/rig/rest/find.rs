@@ -11,7 +11,7 @@ use super::{
     },
     RestSource,
     bind::{BindPose, bind_pose},
-    standing::{Stand, is_biped, is_overridden, stand, standing_frame},
+    standing::{Stand, clip_of_step, is_biped, is_overridden, stand, standing_frame},
 };
 
 /// A rest pose, and how it was come by.
@@ -50,7 +50,8 @@ pub(in crate::rig) fn find_rest(
             let found = of_the_file(name, scene, templates, reporter);
             // Files that say their axes have a rest pose by design, and who says the axes of one knows the rig.
             let is_open = *rule == RestRule::Auto && scene.axes.is_none() && spec.axes.is_none();
-            if is_open { instead_of_none(name, scene, found, templates, reporter) } else { found }
+            let found = if is_open { instead_of_none(name, scene, found, templates, reporter) } else { found };
+            if *rule == RestRule::Auto { in_a_step(name, scene, found, templates, reporter) } else { found }
         }
     };
     let Found { pose, source, reason, frame } = found;
@@ -176,4 +177,22 @@ pub(super) fn instead_of_none(
     );
     let reason = "neither the file's own pose nor any frame is a body that stands";
     Found { source: RestSource::Solved, reason: reason.into(), ..found }
+}
+
+/// Itself, and where it is the first frame of a walk, called so: how its feet and hands lie then says nothing.
+fn in_a_step(name: &str, scene: &Scene, found: Found, templates: &[RigTemplate], reporter: &mut Reporter) -> Found {
+    if found.source != RestSource::Nodes {
+        return found;
+    }
+    let Some(clip) = clip_of_step(scene, &found.pose, templates) else { return found };
+    let clip_name = scene.clips[clip].name();
+    reporter.warn(
+        "rest_pose_from_clip",
+        name,
+        format!("the rest pose of the file is the first frame of the clip '{clip_name}', in the middle of a step"),
+        format!("name a better pose in {name}.rest, or send a rest file; a T pose is best"),
+    );
+    let reason =
+        "the file has no bind pose, and its nodes stand as in the first frame of its clip, in the middle of a step";
+    Found { source: RestSource::StandingFrame, reason: reason.into(), frame: Some((clip, 0)), ..found }
 }

@@ -3,9 +3,11 @@
 
 use glam::DVec3;
 
-use crate::model::{Clip, LocalPose, Scene};
+use crate::model::{Clip, LocalPose, ModelPose, Scene};
 
-use super::super::recognition::{Hints, Recognition, RestPoseKind, RigKind, RigTemplate, lean, recognize};
+use super::super::recognition::{
+    Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, Side, lean, recognize,
+};
 
 /// Frames that are tried, evenly spread over a clip. A capture that holds no body in any of them holds none.
 const FRAMES_TRIED: usize = 12;
@@ -14,6 +16,11 @@ const FRAMES_TRIED: usize = 12;
 const OTHER_BONE: f64 = 0.3;
 /// With more than one in so many of those, the clip moves another skeleton than the rest pose shows.
 const ONE_IN_OTHER: usize = 5;
+
+/// Legs of which a bone of the one and the mirrored one of the other are by more than this apart are in the middle of a step.
+const STEP_DEGREES: f64 = 15.0;
+/// A joint is where a frame of a clip has it to this share of the length of its bone, and turned as there to as many radians.
+const SAME: f64 = 1e-3;
 
 /// How far a pose is a body, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -68,6 +75,36 @@ pub(super) fn standing_frame(scene: &Scene, instead_of: Stand, templates: &[RigT
     let step = clip.frame_count().div_ceil(FRAMES_TRIED).max(1);
     let frame = (0..clip.frame_count()).step_by(step).find(|frame| stands(frame) != Stand::No)?;
     Some((index, frame))
+}
+
+/// The first clip that moves, if the body of the pose is as in its first frame, in the middle of a step: nobody laid that out.
+pub(super) fn clip_of_step(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> Option<usize> {
+    let index = scene.clips.iter().position(Clip::is_animated)?;
+    let first = scene.clips[index].local_pose(&scene.skeleton, 0);
+    let body = recognized(scene, pose, templates);
+    let is_same = body.roles.values().flat_map(|finding| &finding.joints).all(|&joint| {
+        let (own, first) = (pose.transforms()[joint], first.transforms()[joint]);
+        let length = own.translation.length().max(first.translation.length());
+        own.translation.distance(first.translation) <= SAME * length
+            && own.rotation.angle_between(first.rotation) <= SAME
+    });
+    (is_same && is_step(&body, &pose.to_model(&scene.skeleton))).then_some(index)
+}
+
+/// Whether a bone of one leg points elsewhere than that of the other one does.
+fn is_step(body: &Recognition, pose: &ModelPose) -> bool {
+    let place = |side, part| {
+        let joint = *body.roles.get(&Role::new(side, part))?.joints.first()?;
+        Some(pose.transforms()[joint].translation)
+    };
+    let hips = place(Side::Left, Part::Thigh).zip(place(Side::Right, Part::Thigh));
+    let Some(across) = hips.and_then(|(left, right)| (left - right).try_normalize()) else { return false };
+    let bones = [(Part::Thigh, Part::Shin), (Part::Shin, Part::Foot), (Part::Foot, Part::Toe)];
+    bones.into_iter().any(|(from, to)| {
+        let bone = |side| Some(place(side, to)? - place(side, from)?);
+        let both = bone(Side::Left).zip(bone(Side::Right));
+        both.is_some_and(|(left, right)| left.angle_between(right.reflect(across)) > STEP_DEGREES.to_radians())
+    })
 }
 
 /// Whether the first clip has the bones elsewhere than the rest pose: its position channels override the offsets, which then are

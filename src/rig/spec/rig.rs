@@ -131,7 +131,8 @@ impl Default for RestSpec {
 #[serde(rename_all = "snake_case")]
 pub enum RestRule {
     /// The rest upload where there is one, else the bind pose where skins give one, else the node transforms. Where a file that does
-    /// not say its axes (BVH) holds no body that stands at rest: the first frame of its clip that is one, else `solved`.
+    /// not say its axes (BVH) holds no body that stands at rest: the first frame of its clip that is one, else `solved`. Nodes
+    /// that stand as in the first frame of their clip, in the middle of a step, count as that frame.
     #[default]
     Auto,
     /// The pose in which the skins were bound.

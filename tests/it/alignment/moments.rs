@@ -83,6 +83,29 @@ fn feet_are_tilted_as_the_soles_of_the_frame_that_is_measured_from() {
     }
 }
 
+/// As programs write captures: what stands in the nodes is the first frame of the walk.
+#[test]
+fn nodes_in_the_middle_of_a_step_count_as_a_frame_of_the_clip() {
+    let mut source = samples::walk_scene();
+    (source.skins, source.bind_pose) = (Vec::new(), Vec::new());
+    let (clip, target) = (source.clips[0].clone(), samples::mannequin_scene());
+    let laid_out = source.skeleton.clone();
+    let rest_source = |source: &Scene| rig("source", source, &spec(json!({}))).rest_source;
+    assert_eq!(rest_source(&source), RestSource::Nodes, "a T pose is a T pose");
+    let first = clip.local_pose(&laid_out, 0);
+    let mut joints = laid_out.joints().to_vec();
+    joints.iter_mut().zip(first.transforms()).for_each(|(joint, first)| joint.rest = *first);
+    source.skeleton = Skeleton::new(joints).expect("a skeleton");
+    assert_eq!(rest_source(&source), RestSource::StandingFrame, "a step is none");
+    let rest = |document: Value| resolved(&source, &target, &clip, &spec(document)).mapping.target_rest;
+    let (found, named) = (rest(json!({})), rest(json!({"source": {"rest": {"clip": 0, "frame": 0}}})));
+    let nodes = rest(json!({"source": {"rest": "nodes"}}));
+    let foot = target.skeleton.find("foot_l").expect("a foot");
+    let turned = |pose: &ModelPose| pose.transforms()[foot].rotation;
+    assert!(degrees_between(turned(&found), turned(&named)) < 1e-6, "as if that frame had been named");
+    assert!(degrees_between(turned(&found), turned(&nodes)) > 0.1, "who asks for the nodes has them laid out");
+}
+
 /// Who leans with the shoulders turned against the hips does so with the whole spine: no frame tells which joint it was.
 #[test]
 fn hips_and_shoulders_of_a_frame_are_turned_against_one_another_by_the_whole_spine() {
