@@ -16,8 +16,8 @@ from .work import Job, Worker, died
 
 # Rows that are handed to a worker of Ray or Dask at a time: what is lost with it is done again.
 _CHUNK = 16
-# How often they begin a chunk anew whose worker died.
-_RETRIES = 3
+# How many workers a row may bring down, alone, before it has failed.
+_DEATHS = 2
 
 
 def run(
@@ -163,22 +163,21 @@ def _with_ray(job: Job, rows: list[Row], count: int) -> None:
     if not ray.is_initialized():
         ray.init(num_cpus=count, include_dashboard=False, log_to_driver=False)
 
-    # Tasks, and not actors: Ray does a task again when its worker has died, and what was done by then is not done again.
     def do(chunk: dict[str, Any]) -> dict[str, Any]:
         return {"done": _do_chunk(job, list(chunk["rows"]))}
 
     chunks = [{"rows": chunk} for chunk in _chunks(rows)]
     context = ray.data.DataContext.get_current()
     most_errors = context.max_errored_blocks
-    # Ray Data begins tasks anew without end, and drops all others when one has failed. Here a chunk that brings its workers down is
-    # left, and the others are done.
+    # By itself, Ray Data begins tasks anew without end, and ends all others when one has failed. Here a chunk whose worker died is left,
+    # and what of it was not done is done row by row.
     context.max_errored_blocks = -1
     try:
         data = ray.data.from_items(chunks, override_num_blocks=len(chunks))
-        data.map(do, concurrency=count, max_retries=_RETRIES).materialize()
+        data.map(do, concurrency=count, max_retries=0).materialize()
     finally:
         context.max_errored_blocks = most_errors
-    alone = ray.remote(num_cpus=1, max_retries=1)(_do_chunk)
+    alone = ray.remote(num_cpus=1, max_retries=_DEATHS - 1)(_do_chunk)
     waiting = [(row, alone.remote(job, [row])) for row in _without_record(job, rows)]
     for row, task in waiting:
         try:
@@ -188,11 +187,12 @@ def _with_ray(job: Job, rows: list[Row], count: int) -> None:
 
 
 def _with_dask(job: Job, rows: list[Row], count: int, client: Any, progress: Callable[[int, int], None] | None) -> None:
+    import dask
     from distributed import Client, KilledWorker, LocalCluster, as_completed
 
     def submit(client: Any) -> None:
         done = 0
-        for future in as_completed(client.map(_do_chunk, [job] * len(chunks), chunks, pure=False, retries=_RETRIES)):
+        for future in as_completed(client.map(_do_chunk, [job] * len(chunks), chunks, pure=False, retries=3)):
             # Workers died of this chunk, or of another one that waited for the same worker.
             if not isinstance(future.exception(), KilledWorker):
                 done += future.result()
@@ -211,6 +211,7 @@ def _with_dask(job: Job, rows: list[Row], count: int, client: Any, progress: Cal
         submit(client)
         return
     with (
+        dask.config.set({"distributed.scheduler.allowed-failures": _DEATHS - 1}),
         LocalCluster(n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
         Client(cluster) as own,
     ):
