@@ -10,8 +10,8 @@ use crate::model::{Axes, Clip, ClipError, JointTracks, Scene, Track};
 
 /// Frames that one thread writes at a time.
 const CHUNK_FRAMES: usize = 64;
-/// Joints whose tracks one thread reads at a time: their values share cache lines.
-const GROUP_JOINTS: usize = 8;
+/// One thread reads the tracks of at least so many joints: values of neighbors share cache lines.
+const LEAST_JOINTS: usize = 8;
 
 /// Local values of all joints at all frames, each frame after frame and in it joint after joint.
 #[derive(Clone, Copy, Debug)]
@@ -118,8 +118,10 @@ impl PoseFrames {
     /// When times do not rise, an array is too short, or a value is not finite.
     pub fn clip(&self, name: &str, times_seconds: Vec<f64>, arrays: &FrameArrays<'_>) -> Result<Clip, ClipError> {
         let frames = times_seconds.len();
-        let groups = self.joints.par_chunks(GROUP_JOINTS).enumerate();
-        let made = groups.flat_map_iter(|(group, joints)| self.tracks(group * GROUP_JOINTS, joints, frames, arrays));
+        // As few groups as there are threads, since memory is read best in one piece.
+        let width = self.joints.len().div_ceil(rayon::current_num_threads()).max(LEAST_JOINTS);
+        let groups = self.joints.par_chunks(width).enumerate();
+        let made = groups.flat_map_iter(|(group, joints)| self.tracks(group * width, joints, frames, arrays));
         let mut joints = vec![JointTracks::default(); self.skeleton_joints];
         for (joint, tracks) in made.collect::<Vec<_>>() {
             joints[joint] = tracks;
