@@ -15,6 +15,10 @@ mod work;
 
 use pyo3::prelude::*;
 
+/// Of the engine alone; the interpreter and NumPy keep theirs.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// The engine, as functions of bytes and JSON.
 #[pymodule]
 mod _engine {

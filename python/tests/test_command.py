@@ -68,8 +68,7 @@ def test_the_same_bytes_as_the_command_line_on_real_files(corpus: Path, tmp_path
 
 @pytest.mark.long
 def test_a_plan_is_what_a_retarget_is_on_real_files(corpus: Path) -> None:
-    """With plain kinematics to the last bits; the default stack decides where feet stand, and the rounding of arrays may turn a
-    decision over."""
+    """Plain kinematics and the default stack, which looks at spans of time: times come through arrays as they are in the file."""
     plain, whole = [], []
     for source, target in pairs(corpus)[:20]:
         for apart, preset in ((plain, "plain_fk"), (whole, None)):
@@ -79,6 +78,6 @@ def test_a_plan_is_what_a_retarget_is_on_real_files(corpus: Path) -> None:
             except rt.Error:
                 continue
             apart.append(float(np.abs(made - wanted).max() / np.ptp(wanted[0], axis=0).max()))
-    near = sum(distance < 1e-5 for distance in whole)
-    print(f"plain: at most {max(plain):.1e} of the figure; default stack: {near} of {len(whole)} within 1e-5, at most {max(whole):.1e}")
-    assert max(plain) < 1e-5 and near >= len(whole) * 0.6
+    print(f"{len(plain)} pairs, plain: at most {max(plain):.1e} of the figure; {len(whole)}, default stack: at most {max(whole):.1e}")
+    assert len(whole) >= 15
+    assert max(plain) < 1e-5 and max(whole) < 1e-4

@@ -24,6 +24,18 @@ def test_arrays_are_those_of_the_archive(walk: bytes, mannequin: bytes) -> None:
         assert poses.rotations.flags.aligned and poses.rotations.flags.c_contiguous
 
 
+def test_a_plan_sees_the_times_of_the_file(walk: bytes, mannequin: bytes) -> None:
+    """A second more than single precision tells apart: what a contact spans must not depend on how times were handed on."""
+    text = rt.edit(walk, {"edit": {"loop": {"times": 8}}}, formats=["bvh"]).to_bytes("bvh").decode()
+    rate = next(line for line in text.splitlines() if line.startswith("Frame Time"))
+    file = rt.File("walk.bvh", text.replace(rate, "Frame Time: 0.0333333").encode())
+    poses = rt.Poses.read(file)
+    assert poses.frame_count > 900
+    assert np.abs(poses.times - np.arange(poses.frame_count) * 0.0333333).max() < 1e-9
+    wanted = rt.retarget(file, mannequin, {"report": "none"}, formats=["npz"]).poses.global_positions()
+    assert np.abs(rt.Plan(file, mannequin).run(poses).global_positions() - wanted).max() < 1e-4
+
+
 def test_an_archive_goes_out_and_in(walk: bytes, tmp_path: Path) -> None:
     poses = rt.Poses.read(walk)
     poses.to_npz(tmp_path / "walk.npz")

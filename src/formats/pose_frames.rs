@@ -2,7 +2,7 @@
 //!
 //! The joints are those that pose arrays have as a file, in the same order, axes and unit.
 
-use glam::{Quat, Vec3, Vec4};
+use glam::{Quat, Vec3};
 use rayon::prelude::*;
 
 use super::{space::Conversion, written::joints_to_write};
@@ -10,6 +10,8 @@ use crate::model::{Axes, Clip, ClipError, JointTracks, Scene, Track};
 
 /// Frames that one thread writes at a time.
 const CHUNK_FRAMES: usize = 64;
+/// One thread reads the tracks of at least so many joints: values of neighbors share cache lines.
+const LEAST_JOINTS: usize = 8;
 
 /// Local values of all joints at all frames, each frame after frame and in it joint after joint.
 #[derive(Clone, Copy, Debug)]
@@ -115,34 +117,41 @@ impl PoseFrames {
     /// # Errors
     /// When times do not rise, an array is too short, or a value is not finite.
     pub fn clip(&self, name: &str, times_seconds: Vec<f64>, arrays: &FrameArrays<'_>) -> Result<Clip, ClipError> {
-        let (frames, count) = (times_seconds.len(), self.joints.len());
-        let vectors = |values: Option<&[f32]>, place: usize, change: &(dyn Fn(Vec3) -> Vec3 + Sync)| match values {
-            None => Track::Rest,
-            Some(values) => {
-                let at = |frame: usize| values.get((frame * count + place) * 3..).and_then(|rest| rest.first_chunk());
-                Track::Sampled((0..frames).map_while(at).map(|value| change(Vec3::from_array(*value))).collect())
-            }
-        };
-        let made = self.joints.par_iter().enumerate().map(|(place, joint)| {
-            let inverse = self.arrays_from_scene.map(|conversion| conversion.inverse());
-            let (turn, scale) = inverse.map_or((Quat::IDENTITY, 1.0), |conversion| conversion.of_tracks());
-            let turn = if joint.parent.is_none() { turn } else { Quat::IDENTITY };
-            let at = |frame: usize| {
-                arrays.rotations.get((frame * count + place) * 4..).and_then(|rest| rest.first_chunk::<4>())
-            };
-            let rotation = |value: &[f32; 4]| turn * unit(Quat::from_vec4(Vec4::from_array(*value)));
-            let tracks = JointTracks {
-                translation: vectors(arrays.translations, place, &|value| turn * (value * scale)),
-                rotation: Track::Sampled((0..frames).map_while(at).map(rotation).collect()).on_one_hemisphere(),
-                scale: vectors(arrays.scales, place, &|value| value),
-            };
-            (joint.joint, tracks)
-        });
+        let frames = times_seconds.len();
+        // As few groups as there are threads, since memory is read best in one piece.
+        let width = self.joints.len().div_ceil(rayon::current_num_threads()).max(LEAST_JOINTS);
+        let groups = self.joints.par_chunks(width).enumerate();
+        let made = groups.flat_map_iter(|(group, joints)| self.tracks(group * width, joints, frames, arrays));
         let mut joints = vec![JointTracks::default(); self.skeleton_joints];
         for (joint, tracks) in made.collect::<Vec<_>>() {
             joints[joint] = tracks;
         }
         Clip::new(name.to_owned(), times_seconds, joints)
+    }
+
+    /// The tracks of neighboring joints, the first of which has the place `first` in the arrays.
+    fn tracks(
+        &self,
+        first: usize,
+        joints: &[ArrayJoint],
+        frames: usize,
+        arrays: &FrameArrays<'_>,
+    ) -> Vec<(usize, JointTracks)> {
+        let inverse = self.arrays_from_scene.map(|conversion| conversion.inverse());
+        let (turn, scale) = inverse.map_or((Quat::IDENTITY, 1.0), |conversion| conversion.of_tracks());
+        let turns: Vec<Quat> =
+            joints.iter().map(|joint| if joint.parent.is_none() { turn } else { Quat::IDENTITY }).collect();
+        let block = Block { first, joints: joints.len(), all_joints: self.joints.len(), frames };
+        let translations =
+            block.columns(arrays.translations, |joint, value| turns[joint] * (Vec3::from_array(value) * scale));
+        let rotations =
+            block.columns(Some(arrays.rotations), |joint, value| turns[joint] * unit(Quat::from_array(value)));
+        let scales = block.columns(arrays.scales, |_, value| Vec3::from_array(value));
+        let tracks = joints.iter().zip(translations).zip(rotations).zip(scales);
+        let of_joint = |(((joint, translation), rotation), scale): (((&ArrayJoint, _), Track<Quat>), _)| {
+            (joint.joint, JointTracks { translation, rotation: rotation.on_one_hemisphere(), scale })
+        };
+        tracks.map(of_joint).collect()
     }
 
     /// Fills arrays with a clip of the skeleton, as many frames as they have room for.
@@ -187,6 +196,33 @@ impl PoseFrames {
             return (translation * factor, rotation, scale);
         }
         (turn * (translation * factor), (turn * rotation).normalize(), scale)
+    }
+}
+
+/// Neighboring joints of arrays, at all frames.
+struct Block {
+    first: usize,
+    joints: usize,
+    all_joints: usize,
+    frames: usize,
+}
+
+impl Block {
+    /// A track for each joint. The values of a frame lie beside one another, so all joints take theirs before the next frame is looked at.
+    fn columns<const WIDTH: usize, T: Copy>(
+        &self,
+        values: Option<&[f32]>,
+        change: impl Fn(usize, [f32; WIDTH]) -> T,
+    ) -> Vec<Track<T>> {
+        let Some(values) = values else { return (0..self.joints).map(|_| Track::Rest).collect() };
+        let mut columns: Vec<Vec<T>> = (0..self.joints).map(|_| Vec::with_capacity(self.frames)).collect();
+        for frame in values.chunks((self.all_joints * WIDTH).max(1)).take(self.frames) {
+            let (row, _) = frame.get(self.first * WIDTH..).unwrap_or_default().as_chunks();
+            for (joint, (column, value)) in columns.iter_mut().zip(row).enumerate() {
+                column.push(change(joint, *value));
+            }
+        }
+        columns.into_iter().map(Track::Sampled).collect()
     }
 }
 

@@ -224,6 +224,16 @@ fn a_still_clip_may_shrink_as_far_as_it_can() {
     assert_eq!(back.clips[0].frame_count(), 5000, "all frames");
 }
 
+#[test]
+fn an_archive_keeps_times_to_the_last_bit() {
+    let scene = samples::mannequin_scene();
+    let times: Vec<f64> = (0..900).map(|frame| f64::from(frame) * 0.0333333).collect();
+    let clip = Clip::new("still".into(), times.clone(), vec![JointTracks::default(); scene.skeleton.len()]);
+    let bytes = write(&scene, &clip.expect("valid"), Format::PosesNpz, None);
+    let (back, _) = read(&bytes, Format::PosesNpz).expect("our own file");
+    assert_eq!(back.clips[0].times_seconds(), times, "in single precision, the last ones would be off by a microsecond");
+}
+
 fn archive(members: &[(&str, Vec<u8>)], method: CompressionMethod) -> Vec<u8> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in members {

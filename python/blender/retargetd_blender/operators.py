@@ -222,8 +222,10 @@ class RETARGETD_OT_go_to(bpy.types.Operator):
         target = bpy.data.objects.get(row.name)
         bone = target.data.bones.get(row.bone) if target else None
         if bone is not None:
-            for other in target.data.bones:
-                other.select = other == bone
+            for other in target.pose.bones:
+                # Blender 5 keeps with the pose what is selected.
+                chosen = other if hasattr(other, "select") else other.bone
+                chosen.select = other.name == bone.name
             target.data.bones.active = bone
         return {"FINISHED"}
 

@@ -16,6 +16,8 @@ from .work import Job, Worker, died
 
 # Rows that are handed to a worker of Ray or Dask at a time: what is lost with it is done again.
 _CHUNK = 16
+# How many workers a row may bring down, alone, before it has failed.
+_DEATHS = 2
 
 
 def run(
@@ -35,7 +37,11 @@ def run(
 
     ``engine`` is ``pool``, ``ray``, ``dask``, or ``here`` for none: one row after the other in this process. With ``isolate``, a file that
     brings a decoder down costs its row and nothing else. With ``plans``, pose arrays come out by plans that are compiled once per pair,
-    and nothing is measured. ``client`` is a Dask client that is there already.
+    and nothing is measured. ``client`` is a Dask client that is there already. ``progress`` hears of rows where the engine is ``pool``,
+    ``dask`` or ``here``.
+
+    A worker process takes one thread for a row, unless ``RAYON_NUM_THREADS`` says otherwise: many rows on as many workers as there are
+    cores are faster than one row on all of them.
     """
     rows = rows_of(table)
     place = place_of(output)
@@ -46,7 +52,7 @@ def run(
         todo += [row for row in rows if (record := known.get(row.key)) and record["status"] == "failed"]
     # Rows of one character come after one another, and often to the same worker.
     todo.sort(key=lambda row: (row.pair, row.index))
-    job = Job(os.fspath(output), format, isolate, plans)
+    job = Job(os.fspath(output), format, isolate, plans, retry_failed)
     count = workers or os.cpu_count() or 1
     if todo:
         if engine == "pool":
@@ -54,7 +60,7 @@ def run(
         elif engine == "ray":
             _with_ray(job, todo, count)
         elif engine == "dask":
-            _with_dask(job, todo, count, client)
+            _with_dask(job, todo, count, client, progress)
         elif engine == "here":
             worker = Worker(job)
             for number, row in enumerate(todo):
@@ -72,15 +78,19 @@ _worker: Worker | None = None
 def _do(job: Job, row: Row) -> str:
     """One row, in a process of a pool; the worker of the process is kept."""
     global _worker
+    # Threads of the engine are counted when the first row is begun.
+    os.environ.setdefault("RAYON_NUM_THREADS", "1")
     if _worker is None or _worker._job != job:
         _worker = Worker(job)
     return str(_worker.do(row)["status"])
 
 
 def _do_chunk(job: Job, rows: list[Row]) -> int:
+    """Rows one after the other, in a process of Ray or Dask."""
     for row in rows:
         # What was done by a worker that died is not done again.
-        if record_of(place_of(job.output), row) is None:
+        record = record_of(place_of(job.output), row)
+        if record is None or (job.retry_failed and record["status"] == "failed"):
             _do(job, row)
     return len(rows)
 
@@ -137,35 +147,71 @@ class _Pool:
         return True
 
 
+def _chunks(rows: list[Row]) -> list[list[Row]]:
+    return [rows[first : first + _CHUNK] for first in range(0, len(rows), _CHUNK)]
+
+
+def _without_record(job: Job, rows: list[Row]) -> list[Row]:
+    there = place_of(job.output).names("records")
+    return [row for row in rows if f"{row.key}.json" not in there or record_of(place_of(job.output), row) is None]
+
+
 def _with_ray(job: Job, rows: list[Row], count: int) -> None:
     import ray
     import ray.data
 
     if not ray.is_initialized():
         ray.init(num_cpus=count, include_dashboard=False, log_to_driver=False)
-    chunks = [{"rows": rows[first : first + _CHUNK]} for first in range(0, len(rows), _CHUNK)]
 
-    # Tasks, and not actors: Ray does a task again when its worker has died, and what was done by then is not done again.
     def do(chunk: dict[str, Any]) -> dict[str, Any]:
         return {"done": _do_chunk(job, list(chunk["rows"]))}
 
-    data = ray.data.from_items(chunks, override_num_blocks=len(chunks)).map(do, concurrency=count)
-    data.materialize()
+    chunks = [{"rows": chunk} for chunk in _chunks(rows)]
+    context = ray.data.DataContext.get_current()
+    most_errors = context.max_errored_blocks
+    # By itself, Ray Data begins tasks anew without end, and ends all others when one has failed. Here a chunk whose worker died is left,
+    # and what of it was not done is done row by row.
+    context.max_errored_blocks = -1
+    try:
+        data = ray.data.from_items(chunks, override_num_blocks=len(chunks))
+        data.map(do, concurrency=count, max_retries=0).materialize()
+    finally:
+        context.max_errored_blocks = most_errors
+    alone = ray.remote(num_cpus=1, max_retries=_DEATHS - 1)(_do_chunk)
+    waiting = [(row, alone.remote(job, [row])) for row in _without_record(job, rows)]
+    for row, task in waiting:
+        try:
+            ray.get(task)
+        except (ray.exceptions.WorkerCrashedError, ray.exceptions.OutOfMemoryError):
+            died(job, row)
 
 
-def _with_dask(job: Job, rows: list[Row], count: int, client: Any) -> None:
-    from distributed import Client, LocalCluster, as_completed
+def _with_dask(job: Job, rows: list[Row], count: int, client: Any, progress: Callable[[int, int], None] | None) -> None:
+    import dask
+    from distributed import Client, KilledWorker, LocalCluster, as_completed
 
     def submit(client: Any) -> None:
-        chunks = [rows[first : first + _CHUNK] for first in range(0, len(rows), _CHUNK)]
-        futures = client.map(_do_chunk, [job] * len(chunks), chunks, pure=False, retries=3)
-        for future in as_completed(futures):
-            future.result()
+        done = 0
+        for future in as_completed(client.map(_do_chunk, [job] * len(chunks), chunks, pure=False, retries=3)):
+            # Workers died of this chunk, or of another one that waited for the same worker.
+            if not isinstance(future.exception(), KilledWorker):
+                done += future.result()
+                if progress is not None:
+                    progress(done, len(rows))
+        # One after the other, so that none is blamed for another.
+        for row in _without_record(job, rows):
+            future = client.submit(_do_chunk, job, [row], pure=False)
+            if isinstance(future.exception(), KilledWorker):
+                died(job, row)
+            else:
+                future.result()
 
+    chunks = _chunks(rows)
     if client is not None:
         submit(client)
         return
     with (
+        dask.config.set({"distributed.scheduler.allowed-failures": _DEATHS - 1}),
         LocalCluster(n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
         Client(cluster) as own,
     ):

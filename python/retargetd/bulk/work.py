@@ -26,6 +26,7 @@ class Job:
     format: str = "glb"
     isolate: bool = False
     plans: bool = False
+    retry_failed: bool = False
 
 
 class Worker:
@@ -51,7 +52,8 @@ class Worker:
         except Error as error:
             problem = {"code": error.code, "detail": str(error), "pointer": error.pointer, "hint": error.hint}
             return {"status": "failed", **problem}
-        except (OSError, ValueError, TypeError, ModuleNotFoundError) as error:
+        # Stores that fsspec knows raise what they like.
+        except Exception as error:
             return {"status": "failed", "code": "unreadable", "detail": f"{type(error).__name__}: {error}"}
 
     def _retargeted(self, row: Row) -> dict[str, Any]:

@@ -70,7 +70,9 @@ pub(super) fn write(poses: &Poses<'_>, control: &Control) -> Result<Vec<u8>, For
         let member = array("<f4", &[joints, channel.width()], values);
         archive.add(&format!("rest_{}", channel.key()), &member, Packing::Deflated)?;
     }
-    let times = array("<f4", &[frames], poses.times().iter().flat_map(|time| (*time as f32).to_le_bytes()));
+    // In single precision, frames at the end of a long clip are no longer evenly apart, and what looks at a span of time finds a frame more
+    // in it or less.
+    let times = array("<f8", &[frames], poses.times().iter().flat_map(|time| time.to_le_bytes()));
     archive.add("times", &times, Packing::Deflated)?;
     archive.add_members_of(&translations, Channel::Translation.key())?;
     // The other two mostly repeat and all but vanish; rotations of captured motion hardly shrink. Stored, they also keep a
