@@ -106,19 +106,19 @@ struct Piece {
 }
 
 /// A short contact is one piece. Between the middles of two pieces of a long one the level goes from that of one to that of the other.
-fn pieces(first: usize, last: usize, times: &[f64]) -> Vec<Piece> {
+fn pieces(first: usize, last: usize, times: &[f64]) -> impl Iterator<Item = Piece> {
     let frames = last - first + 1;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of pieces of a clip")]
     let count = (((times[last] - times[first]) / PIECE_SECONDS).floor() as usize).clamp(1, frames);
-    let border = |piece: usize| first + frames * piece / count;
-    let piece = |index: usize| {
+    let border = move |piece: usize| first + frames * piece / count;
+    let piece = move |index: usize| {
         let (begin, end) = (border(index), border(index + 1) - 1);
         let middle = usize::midpoint(begin, end);
         let from = if index == 0 { first } else { middle };
         let to = if index + 1 == count { last } else { middle };
         Piece { first: begin, last: end, from, to }
     };
-    (0..count).map(piece).collect()
+    (0..count).map(piece)
 }
 
 /// The level of one contact, or of a piece of it.
@@ -160,12 +160,12 @@ mod tests {
     fn long_contacts_have_a_level_for_every_half_second() {
         let times: Vec<f64> = (0..240).map(|frame| f64::from(frame) / 60.0).collect();
         let told = |first: usize, last: usize| -> Vec<[usize; 4]> {
-            pieces(first, last, &times).iter().map(|piece| [piece.first, piece.last, piece.from, piece.to]).collect()
+            pieces(first, last, &times).map(|piece| [piece.first, piece.last, piece.from, piece.to]).collect()
         };
         assert_eq!(told(10, 60), [[10, 60, 10, 60]], "a step is one");
         assert_eq!(told(0, 60), [[0, 29, 0, 14], [30, 60, 45, 60]], "a second is two");
         assert_eq!(told(7, 7), [[7, 7, 7, 7]], "so is a frame");
-        let all = pieces(3, 239, &times);
+        let all: Vec<Piece> = pieces(3, 239, &times).collect();
         assert!(all.windows(2).all(|pair| pair[0].last + 1 == pair[1].first && pair[0].to < pair[1].from));
         let known = |piece: &Piece| Known { first: piece.from, last: piece.to, level: piece.first as f64 };
         let levels = over_time(&all.iter().map(known).collect::<Vec<_>>(), 0.0, &times);
