@@ -231,7 +231,11 @@ fn an_archive_keeps_times_to_the_last_bit() {
     let clip = Clip::new("still".into(), times.clone(), vec![JointTracks::default(); scene.skeleton.len()]);
     let bytes = write(&scene, &clip.expect("valid"), Format::PosesNpz, None);
     let (back, _) = read(&bytes, Format::PosesNpz).expect("our own file");
-    assert_eq!(back.clips[0].times_seconds(), times, "in single precision, the last ones would be off by a microsecond");
+    assert_eq!(
+        back.clips[0].times_seconds(),
+        times,
+        "in single precision, the last ones would be off by a microsecond"
+    );
 }
 
 fn archive(members: &[(&str, Vec<u8>)], method: CompressionMethod) -> Vec<u8> {
