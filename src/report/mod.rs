@@ -11,5 +11,6 @@ mod proposal;
 pub use batch::batch_page;
 pub use edits::edits_article;
 pub use joint_table::JointTable;
+#[cfg(feature = "service")]
 pub(crate) use page::Escaped;
 pub use page::{Illustration, report_page};

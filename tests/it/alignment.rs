@@ -6,6 +6,7 @@ mod moments;
 use glam::{DMat4, DQuat, DVec3, Quat};
 use retargetd::{
     engine::{Format, Inputs, Limits, NamedBytes, Outcome, retarget},
+    formats::{self, WriteOptions},
     model::{Clip, Control, Joint, JointTracks, ModelPose, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Track},
     retarget::{Plan, Resolved, RetargetSpec, parse_value, resolve, run},
     rig::{HowAligned, RestSource, Rig, RollCue},

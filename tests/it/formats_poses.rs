@@ -340,7 +340,8 @@ import sys, json, numpy
 z = numpy.load(sys.argv[1], allow_pickle=False)
 a = {k: z[k] for k in z.files}
 assert a['translations'].shape == (121, 65, 3) and a['rotations'].shape == (121, 65, 4), a['rotations'].shape
-assert all(v.dtype.str in ('<f4', '<i4') or v.dtype.kind == 'U' for v in a.values()), {k: v.dtype for k, v in a.items()}
+wanted = lambda k, v: v.dtype.str == '<f8' if k == 'times' else v.dtype.str in ('<f4', '<i4') or v.dtype.kind == 'U'
+assert all(wanted(k, v) for k, v in a.items()), {k: v.dtype for k, v in a.items()}
 assert a['parents'][0] == -1 and str(a['joint_names'][0]) == 'mixamorig:Hips'
 meta = json.loads(str(a['meta'])); assert meta['fps'] == 30 and meta['axes'] == '+y+z' and meta['unit'] == 1, meta
 a['rotations'] = numpy.asfortranarray(a['rotations'].astype('>f8'))

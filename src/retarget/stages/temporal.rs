@@ -19,7 +19,15 @@ pub(in crate::retarget) fn smoothed<T>(values: &[T], times: &[f64], deviation_se
 where
     T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f64, Output = T> + Div<f64, Output = T>,
 {
-    under_bell(values, times, deviation_seconds, |bell, frame, near| {
+    smoothed_in(Vec::new(), values, times, deviation_seconds)
+}
+
+/// The same, in a vector that was used before.
+pub(in crate::retarget) fn smoothed_in<T>(room: Vec<T>, values: &[T], times: &[f64], deviation_seconds: f64) -> Vec<T>
+where
+    T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f64, Output = T> + Div<f64, Output = T>,
+{
+    under_bell(room, values, times, deviation_seconds, |bell, frame, near| {
         let (mut sum, mut weights) = (T::default(), 0.0);
         let mut add = |value: T, weight: f64| {
             sum = sum + value * weight;
@@ -64,7 +72,7 @@ fn largest_near(values: &[f64], times: &[f64], reach_seconds: f64) -> Vec<f64> {
 
 /// The same of rotations.
 pub(in crate::retarget) fn smoothed_rotations(values: &[DQuat], times: &[f64], deviation_seconds: f64) -> Vec<DQuat> {
-    under_bell(values, times, deviation_seconds, |bell, frame, near| {
+    under_bell(Vec::new(), values, times, deviation_seconds, |bell, frame, near| {
         let own = values[frame];
         let mut sum = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
         let mut add = |value: DQuat, weight: f64| sum += value * if own.dot(value) < 0.0 { -weight } else { weight };
@@ -123,14 +131,17 @@ fn even_step(times: &[f64]) -> Option<f64> {
 }
 
 /// Calls `mean` for every frame with the frames that the bell reaches from there; copies the values where nothing is smoothed. In
-/// parallel: a frame's mean depends on the values only, so the result does not depend on the number of threads.
+/// parallel: a frame's mean depends on the values only, so the result does not depend on the number of threads. `room` becomes the result.
 fn under_bell<T: Copy + Send + Sync>(
+    room: Vec<T>,
     values: &[T],
     times: &[f64],
     deviation_seconds: f64,
     mean: impl Fn(&Bell, usize, Range<usize>) -> T + Sync,
 ) -> Vec<T> {
-    let mut result = values.to_vec();
+    let mut result = room;
+    result.clear();
+    result.extend_from_slice(values);
     if deviation_seconds <= 0.0 {
         return result;
     }

@@ -242,7 +242,9 @@ impl Rules<'_> {
     fn sole(&mut self, pair: &NamedPair, role: &str, ends: &[&str]) {
         let up = self.target.up();
         let level = |direction: DVec3| (direction - up * direction.dot(up)).try_normalize();
-        let (own_raised, source_raised) = (self.own.raised_foot(role), self.source.raised_foot(role));
+        let is_alike = self.own.stands_in_the_step_of(self.source);
+        let raised = |look: &Look<'_>| look.raised_foot(role).filter(|_| !is_alike);
+        let (own_raised, source_raised) = (raised(&self.own), raised(self.source));
         let flat = |raised: Option<RaisedFoot>, rest: DVec3| raised.map_or(rest, |raised| self.scene(raised.along));
         let levels = self
             .directions(pair, role, ends)

@@ -16,6 +16,9 @@ const ONE_IN_LOWEST: usize = 10;
 /// Feet are flat to this many degrees.
 const FLAT_DEGREES: f64 = 5.0;
 
+/// Legs whose bones are no more than this steeper or flatter stand in the same step.
+const SAME_STEP_DEGREES: f64 = 5.0;
+
 /// A foot that does not lie flat at rest, in canonical space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RaisedFoot {
@@ -35,6 +38,19 @@ struct Foot {
 }
 
 impl Look<'_> {
+    /// Whether the legs of both rest poses are posed alike, feet and all: then feet are raised on both sides or on neither, whatever is
+    /// known of either. Where a body in a step faces is guessed, so only how steep bones are is compared.
+    pub(super) fn stands_in_the_step_of(&self, other: &Self) -> bool {
+        let bones = [("thigh", "shin"), ("shin", "foot"), ("foot", "toe")];
+        let sides = ["left_", "right_"];
+        sides.iter().flat_map(|side| bones.map(|(from, to)| (format!("{side}{from}"), format!("{side}{to}")))).all(
+            |(from, to)| {
+                let both = self.toward(&from, &to).zip(other.toward(&from, &to));
+                both.is_some_and(|(own, other)| (own.y.asin() - other.y.asin()).abs().to_degrees() < SAME_STEP_DEGREES)
+            },
+        )
+    }
+
     /// How a foot is raised; nothing where it lies flat, as in poses that somebody laid out.
     pub(super) fn raised_foot(&self, role: &str) -> Option<RaisedFoot> {
         match self {

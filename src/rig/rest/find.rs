@@ -11,7 +11,7 @@ use super::{
     },
     RestSource,
     bind::{BindPose, bind_pose},
-    standing::{Stand, clip_of_step, is_biped, is_overridden, stand, standing_frame},
+    standing::{Stand, is_biped, is_moment, is_overridden, is_without_skin, stand, standing_frame},
 };
 
 /// A rest pose, and how it was come by.
@@ -48,8 +48,10 @@ pub(in crate::rig) fn find_rest(
         },
         RestSpec::Rule(rule @ (RestRule::Auto | RestRule::Solved)) => {
             let found = of_the_file(name, scene, templates, reporter);
-            // Files that say their axes have a rest pose by design, and who says the axes of one knows the rig.
-            let is_open = *rule == RestRule::Auto && scene.axes.is_none() && spec.axes.is_none();
+            // Files that say their axes have a rest pose by design, unless they are a motion and nothing else, written from a file without
+            // one; and who says the axes of one knows the rig.
+            let has_one = scene.axes.is_some() && !is_motion_without_rest(scene, &found, templates);
+            let is_open = *rule == RestRule::Auto && !has_one && spec.axes.is_none();
             let found = if is_open { instead_of_none(name, scene, found, templates, reporter) } else { found };
             if *rule == RestRule::Auto { in_a_step(name, scene, found, templates, reporter) } else { found }
         }
@@ -133,6 +135,11 @@ fn of_the_file(name: &str, scene: &Scene, templates: &[RigTemplate], reporter: &
     laid_out(scene, RestSource::Nodes, "the pose that the skins were bound in is no rest pose of a body")
 }
 
+/// Whether a file has no skin, and its rest pose is no body in any pose: pose arrays of a capture whose bones lie on one axis at zero.
+fn is_motion_without_rest(scene: &Scene, found: &Found, templates: &[RigTemplate]) -> bool {
+    is_without_skin(scene) && stand(scene, &found.pose, templates) == Stand::No
+}
+
 /// What to measure from where a file's rest pose is no body that stands.
 pub(super) fn instead_of_none(
     name: &str,
@@ -181,18 +188,19 @@ pub(super) fn instead_of_none(
 
 /// Itself, and where it is the first frame of a walk, called so: how its feet and hands lie then says nothing.
 fn in_a_step(name: &str, scene: &Scene, found: Found, templates: &[RigTemplate], reporter: &mut Reporter) -> Found {
-    if found.source != RestSource::Nodes {
+    if found.source != RestSource::Nodes || !is_moment(scene, &found.pose, templates) {
         return found;
     }
-    let Some(clip) = clip_of_step(scene, &found.pose, templates) else { return found };
-    let clip_name = scene.clips[clip].name();
+    let clip = scene.clips.iter().position(Clip::is_animated);
+    let of_clip =
+        clip.map_or_else(String::new, |clip| format!("the first frame of the clip '{}', ", scene.clips[clip].name()));
     reporter.warn(
         "rest_pose_from_clip",
         name,
-        format!("the rest pose of the file is the first frame of the clip '{clip_name}', in the middle of a step"),
+        format!("the rest pose of the file is {of_clip}in the middle of a step"),
         format!("name a better pose in {name}.rest, or send a rest file; a T pose is best"),
     );
-    let reason =
-        "the file has no bind pose, and its nodes stand as in the first frame of its clip, in the middle of a step";
-    Found { source: RestSource::StandingFrame, reason: reason.into(), frame: Some((clip, 0)), ..found }
+    let reason = "the file has no bind pose, and its nodes stand in the middle of a step";
+    let frame = clip.map(|clip| (clip, 0));
+    Found { source: RestSource::StandingFrame, reason: reason.into(), frame, ..found }
 }

@@ -77,18 +77,27 @@ pub(super) fn standing_frame(scene: &Scene, instead_of: Stand, templates: &[RigT
     Some((index, frame))
 }
 
-/// The first clip that moves, if the body of the pose is as in its first frame, in the middle of a step: nobody laid that out.
-pub(super) fn clip_of_step(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> Option<usize> {
-    let index = scene.clips.iter().position(Clip::is_animated)?;
-    let first = scene.clips[index].local_pose(&scene.skeleton, 0);
-    let body = recognized(scene, pose, templates);
-    let is_same = body.roles.values().flat_map(|finding| &finding.joints).all(|&joint| {
-        let (own, first) = (pose.transforms()[joint], first.transforms()[joint]);
+/// Whether a pose that nobody bound a skin in is in the middle of a step, and the first frame of the clip that moves, where one does:
+/// nobody laid that out.
+pub(super) fn is_moment(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> bool {
+    is_without_skin(scene)
+        && scene.clips.iter().find(|clip| clip.is_animated()).is_none_or(|clip| is_first_frame(scene, pose, clip))
+        && is_step(&recognized(scene, pose, templates), &pose.to_model(&scene.skeleton))
+}
+
+/// Whether nothing says how a body was when a skin was bound to it.
+pub(super) fn is_without_skin(scene: &Scene) -> bool {
+    scene.skins.is_empty() && scene.bind_pose.is_empty()
+}
+
+fn is_first_frame(scene: &Scene, pose: &LocalPose, clip: &Clip) -> bool {
+    let first = clip.local_pose(&scene.skeleton, 0);
+    let joints = scene.skeleton.joints().iter().zip(pose.transforms().iter().zip(first.transforms()));
+    joints.filter(|(joint, _)| joint.is_joint).all(|(_, (own, first))| {
         let length = own.translation.length().max(first.translation.length());
         own.translation.distance(first.translation) <= SAME * length
             && own.rotation.angle_between(first.rotation) <= SAME
-    });
-    (is_same && is_step(&body, &pose.to_model(&scene.skeleton))).then_some(index)
+    })
 }
 
 /// Whether a bone of one leg points elsewhere than that of the other one does.

@@ -14,6 +14,30 @@ fn captures_without_a_rest_pose_are_measured_from_a_frame() {
     }
 }
 
+/// Pose arrays say their axes, as files with a rest pose by design do, and have none where they were written from a capture without one.
+#[test]
+fn captures_without_a_rest_pose_have_none_as_pose_arrays_either() {
+    for path in ["bvh/bandai-namco/dataset-1_walk_normal_001.bvh", "bvh/rokoko/jesse_dance.bvh"] {
+        let Some(path) = corpus_file(path) else { continue };
+        let (source, target) = (Figure::read(&path), samples::mannequin_scene());
+        let options = WriteOptions::new(Format::PosesNpz);
+        let written = formats::write(&source.scene, source.clip(), &options, &Control::new(), &mut Reporter::new());
+        let arrays = read_scene(&written.expect("it can be written"), "capture.npz");
+        let moved = |scene: &Scene| {
+            let clip = scene.clips.iter().find(|clip| clip.is_animated()).expect("a clip");
+            retargeted(scene, &target, clip, &spec(json!({})))
+        };
+        let (of_capture, of_arrays) = (moved(&source.scene), moved(&arrays));
+        for frame in (0..of_capture.frame_count()).step_by(20) {
+            let poses = [&of_capture, &of_arrays].map(|clip| world(&target.skeleton, Some((clip, frame))));
+            for joint in 0..target.skeleton.len() {
+                let apart = position(&poses[0], joint).distance(position(&poses[1], joint));
+                assert!(apart < 0.02, "{}: joint {joint} at frame {frame} is {apart:.3} m off", source.file_name);
+            }
+        }
+    }
+}
+
 /// The left foot of its first frame swings with its toes below the ankle, or even behind it.
 #[test]
 fn a_foot_that_swings_in_the_frame_that_is_measured_from_stands_flat_when_it_lands() {

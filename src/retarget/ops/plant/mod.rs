@@ -40,7 +40,7 @@ pub(in crate::retarget) use self::{fade::either, level::FootAxes};
 use crate::retarget::stages::contact_points::{ContactPoint, Part};
 use crate::retarget::stages::{
     posing::{Pose, Posing},
-    temporal::{runs, smoothed, speeds},
+    temporal::{runs, smoothed_in, speeds},
     work::{Goal, Work},
 };
 
@@ -140,9 +140,9 @@ impl PlantStage {
         let mut corrections = vec![Correction::default(); times.len()];
         let touches: Vec<bool> = (0..times.len()).map(|frame| foot.touches(frame)).collect();
         let contacts = runs(&touches);
-        let mut weights = Vec::new();
+        let mut room = WeightsRoom::default();
         for &(first, last) in &contacts {
-            self.hold(foot, times, first, &mut weights, &mut corrections[first..=last]);
+            self.hold(foot, times, first, &mut room, &mut corrections[first..=last]);
         }
         let mut before: Option<usize> = None;
         for &(first, last) in &contacts {
@@ -153,9 +153,9 @@ impl PlantStage {
         corrections
     }
 
-    /// Fills in what is to be added to the goals of one contact, which begins at `first`; `weights` is room to work in.
-    fn hold(&self, foot: &Foot, times: &[f64], first: usize, weights: &mut Vec<DVec3>, contact: &mut [Correction]) {
-        let weights = foot.weights(times, first, first + contact.len() - 1, weights);
+    /// Fills in what is to be added to the goals of one contact, which begins at `first`.
+    fn hold(&self, foot: &Foot, times: &[f64], first: usize, room: &mut WeightsRoom, contact: &mut [Correction]) {
+        let weights = foot.weights(times, first, first + contact.len() - 1, room);
         let mut offset = DVec3::ZERO;
         for (index, correction) in contact.iter_mut().enumerate() {
             *correction = Correction { offset, hold: 1.0 };
@@ -202,6 +202,13 @@ impl Stage for PlantStage {
     }
 }
 
+/// Room for the weights of one contact after the other.
+#[derive(Default)]
+struct WeightsRoom {
+    raw: Vec<DVec3>,
+    smooth: Vec<DVec3>,
+}
+
 /// One foot of both sides over the clip. Arrays of three: end, ball and tip.
 struct Foot {
     scale: f64,
@@ -235,8 +242,7 @@ impl Foot {
 
     /// How much each point is held at every frame of a contact; the sum is 1. The foot turns about the point that is most still: of
     /// a heel that lifts and a ball that stands it is the ball.
-    /// `raw` is room to work in.
-    fn weights(&self, times: &[f64], first: usize, last: usize, raw: &mut Vec<DVec3>) -> Vec<DVec3> {
+    fn weights<'r>(&self, times: &[f64], first: usize, last: usize, room: &'r mut WeightsRoom) -> &'r [DVec3] {
         let still = |frame: usize, track: &PointTrack| {
             let share = track.speeds[frame] / self.still_speed.max(f64::MIN_POSITIVE);
             if track.touches[frame] { (1.0 + share * share).recip() } else { 0.0 }
@@ -246,9 +252,11 @@ impl Foot {
             let still = DVec3::from(still);
             still / still.element_sum().max(f64::MIN_POSITIVE)
         };
-        raw.clear();
-        raw.extend((first..=last).map(of_frame));
-        smoothed(raw, &times[first..=last], ROLL_SECONDS)
+        room.raw.clear();
+        room.raw.extend((first..=last).map(of_frame));
+        let used = std::mem::take(&mut room.smooth);
+        room.smooth = smoothed_in(used, &room.raw, &times[first..=last], ROLL_SECONDS);
+        &room.smooth
     }
 
     /// What the source's point moves from a frame to the next, scaled, minus what the goal's does.
