@@ -134,8 +134,7 @@ class _Pool:
                     if self._progress is not None:
                         self._progress(total - len(waiting) - len(running), total)
             except BrokenProcessPool:
-                place = place_of(self._job.output)
-                return [row for row in running.values() if record_of(place, row) is None]
+                return _without_record(self._job, list(running.values()))
         return []
 
     def _alone(self, row: Row) -> bool:

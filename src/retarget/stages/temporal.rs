@@ -165,23 +165,25 @@ fn under_bell<T: Copy + Send + Sync>(
 
 /// Speeds by central differences, in units per second; 0 for a single frame.
 pub(in crate::retarget) fn speeds(values: &[DVec3], times: &[f64]) -> Vec<f64> {
-    let last = values.len() - 1;
-    let speed = |frame: usize| {
-        let (before, after) = (frame.saturating_sub(1), (frame + 1).min(last));
-        let seconds = times[after] - times[before];
-        if seconds > 0.0 { values[after].distance(values[before]) / seconds } else { 0.0 }
-    };
-    (0..values.len()).map(speed).collect()
+    speeds_between(values, times, |frame, last| (frame.saturating_sub(1), (frame + 1).min(last)))
 }
 
 /// Speeds from every frame to the next, in units per second; the last frame has that of the one before; 0 for a single frame.
 pub(in crate::retarget) fn forward_speeds(values: &[DVec3], times: &[f64]) -> Vec<f64> {
-    let step = |frame: usize| {
-        let seconds = times[frame + 1] - times[frame];
-        if seconds > 0.0 { values[frame + 1].distance(values[frame]) / seconds } else { 0.0 }
+    speeds_between(values, times, |frame, last| {
+        let before = frame.min(last.saturating_sub(1));
+        (before, (before + 1).min(last))
+    })
+}
+
+/// Speeds between two frames that are told for each frame and the last one; 0 where no time is between them.
+fn speeds_between(values: &[DVec3], times: &[f64], span: impl Fn(usize, usize) -> (usize, usize)) -> Vec<f64> {
+    let speed = |frame: usize| {
+        let (before, after) = span(frame, values.len() - 1);
+        let seconds = times[after] - times[before];
+        if seconds > 0.0 { values[after].distance(values[before]) / seconds } else { 0.0 }
     };
-    let Some(last) = values.len().checked_sub(2) else { return vec![0.0; values.len()] };
-    (0..values.len()).map(|frame| step(frame.min(last))).collect()
+    (0..values.len()).map(speed).collect()
 }
 
 /// First and last frame of every run of `true`.

@@ -243,7 +243,7 @@ impl Rules<'_> {
         let up = self.target.up();
         let level = |direction: DVec3| (direction - up * direction.dot(up)).try_normalize();
         let is_alike = self.own.stands_in_the_step_of(self.source);
-        let raised = |look: &Look<'_>| look.raised_foot(role).filter(|_| !is_alike);
+        let raised = |look: &Look<'_>| if is_alike { None } else { look.raised_foot(role) };
         let (own_raised, source_raised) = (raised(&self.own), raised(self.source));
         let flat = |raised: Option<RaisedFoot>, rest: DVec3| raised.map_or(rest, |raised| self.scene(raised.along));
         let levels = self

@@ -50,10 +50,18 @@ pub(in crate::rig) fn find_rest(
             let found = of_the_file(name, scene, templates, reporter);
             // Files that say their axes have a rest pose by design, unless they are a motion and nothing else, written from a file without
             // one; and who says the axes of one knows the rig.
-            let has_one = scene.axes.is_some() && !is_motion_without_rest(scene, &found, templates);
-            let is_open = *rule == RestRule::Auto && !has_one && spec.axes.is_none();
-            let found = if is_open { instead_of_none(name, scene, found, templates, reporter) } else { found };
-            if *rule == RestRule::Auto { in_a_step(name, scene, found, templates, reporter) } else { found }
+            let may_have_none = || scene.axes.is_none() || is_motion_without_rest(scene, &found, templates);
+            match rule {
+                RestRule::Auto if spec.axes.is_none() && may_have_none() => in_a_step(
+                    name,
+                    scene,
+                    instead_of_none(name, scene, found, templates, reporter),
+                    templates,
+                    reporter,
+                ),
+                RestRule::Auto => in_a_step(name, scene, found, templates, reporter),
+                _ => found,
+            }
         }
     };
     let Found { pose, source, reason, frame } = found;
@@ -186,7 +194,7 @@ pub(super) fn instead_of_none(
     Found { source: RestSource::Solved, reason: reason.into(), ..found }
 }
 
-/// Itself, and where it is the first frame of a walk, called so: how its feet and hands lie then says nothing.
+/// Itself, and where it is a moment of a walk, called so: how its feet and hands lie then says nothing.
 fn in_a_step(name: &str, scene: &Scene, found: Found, templates: &[RigTemplate], reporter: &mut Reporter) -> Found {
     if found.source != RestSource::Nodes || !is_moment(scene, &found.pose, templates) {
         return found;
