@@ -143,9 +143,12 @@ fn of_the_file(name: &str, scene: &Scene, templates: &[RigTemplate], reporter: &
     laid_out(scene, RestSource::Nodes, "the pose that the skins were bound in is no rest pose of a body")
 }
 
-/// Whether a file has no skin, and its rest pose is no body in any pose: pose arrays of a capture whose bones lie on one axis at zero.
+/// Whether a file has no skin, and its rest pose is no body while a frame of its clip is one: pose arrays of a capture whose bones lie
+/// on one axis at zero.
 fn is_motion_without_rest(scene: &Scene, found: &Found, templates: &[RigTemplate]) -> bool {
-    is_without_skin(scene) && stand(scene, &found.pose, templates) == Stand::No
+    is_without_skin(scene)
+        && stand(scene, &found.pose, templates) == Stand::No
+        && standing_frame(scene, Stand::No, templates).is_some()
 }
 
 /// What to measure from where a file's rest pose is no body that stands.
