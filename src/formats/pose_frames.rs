@@ -2,6 +2,8 @@
 //!
 //! The joints are those that pose arrays have as a file, in the same order, axes and unit.
 
+use std::ops::Range;
+
 use glam::{Quat, Vec3};
 use rayon::prelude::*;
 
@@ -102,7 +104,11 @@ impl PoseFrames {
 
     /// Each joint at rest: translation, rotation and scale, local.
     pub fn rests(&self) -> impl Iterator<Item = (Vec3, Quat, Vec3)> {
-        self.joints.iter().map(|joint| self.out(joint, joint.rest))
+        self.joints.iter().map(|joint| {
+            let (translation, rotation, scale) = joint.rest;
+            let rotation = self.rotation(joint, rotation);
+            (Vec3::from_array(self.translation(joint, translation)), Quat::from_array(rotation), scale)
+        })
     }
 
     /// Axes and meters per unit of the arrays.
@@ -156,46 +162,83 @@ impl PoseFrames {
 
     /// Fills arrays with a clip of the skeleton, as many frames as they have room for.
     pub fn fill(&self, clip: &Clip, arrays: FrameArraysMut<'_>) {
-        let (count, frames) = (self.joints.len(), clip.frame_count());
-        let FrameArraysMut { translations, rotations, scales } = arrays;
-        let translations = translations.par_chunks_mut((CHUNK_FRAMES * count * 3).max(1));
-        let rotations = rotations.par_chunks_mut((CHUNK_FRAMES * count * 4).max(1));
-        let scales = scales.par_chunks_mut((CHUNK_FRAMES * count * 3).max(1));
-        translations.zip(rotations).zip(scales).enumerate().for_each(|(chunk, ((translations, rotations), scales))| {
-            let first = chunk * CHUNK_FRAMES;
-            for (place, joint) in self.joints.iter().enumerate() {
-                let (tracks, rest) = (&clip.joints()[joint.joint], joint.rest);
-                for frame in first..frames.min(first + CHUNK_FRAMES) {
-                    let at = (frame - first) * count + place;
-                    let (Some(translation), Some(rotation), Some(scale)) = (
-                        translations.get_mut(at * 3..at * 3 + 3),
-                        rotations.get_mut(at * 4..at * 4 + 4),
-                        scales.get_mut(at * 3..at * 3 + 3),
-                    ) else {
-                        break;
-                    };
-                    let value = (
-                        tracks.translation.at(frame, rest.0),
-                        tracks.rotation.at(frame, rest.1),
-                        tracks.scale.at(frame, rest.2),
-                    );
-                    let value = self.out(joint, value);
-                    translation.copy_from_slice(&value.0.to_array());
-                    rotation.copy_from_slice(&unit(value.1).to_array());
-                    scale.copy_from_slice(&value.2.to_array());
-                }
-            }
+        let count = self.joints.len();
+        let tracks = |joint: &ArrayJoint| &clip.joints()[joint.joint];
+        let translations = Rows::of(
+            self,
+            |joint| (&tracks(joint).translation, joint.rest.0),
+            |joint, value| self.translation(joint, value),
+        );
+        let rotations =
+            Rows::of(self, |joint| (&tracks(joint).rotation, joint.rest.1), |joint, value| self.rotation(joint, value));
+        let scales = Rows::of(self, |joint| (&tracks(joint).scale, joint.rest.2), |_, value| value.to_array());
+        let of_translations = arrays.translations.par_chunks_mut((CHUNK_FRAMES * count * 3).max(1));
+        let of_rotations = arrays.rotations.par_chunks_mut((CHUNK_FRAMES * count * 4).max(1));
+        let of_scales = arrays.scales.par_chunks_mut((CHUNK_FRAMES * count * 3).max(1));
+        let chunks = of_translations.zip(of_rotations).zip(of_scales).enumerate();
+        chunks.for_each(|(chunk, ((of_translations, of_rotations), of_scales))| {
+            let frames = chunk * CHUNK_FRAMES..clip.frame_count().min((chunk + 1) * CHUNK_FRAMES);
+            translations.fill(of_translations, frames.clone());
+            rotations.fill(of_rotations, frames.clone());
+            scales.fill(of_scales, frames);
         });
     }
 
-    /// A local value in the space of the arrays.
-    fn out(&self, joint: &ArrayJoint, (translation, rotation, scale): (Vec3, Quat, Vec3)) -> (Vec3, Quat, Vec3) {
-        let Some(conversion) = self.arrays_from_scene else { return (translation, rotation, scale) };
+    /// A local translation in the space of the arrays.
+    fn translation(&self, joint: &ArrayJoint, value: Vec3) -> [f32; 3] {
+        let Some(conversion) = self.arrays_from_scene else { return value.to_array() };
         let (turn, factor) = conversion.of_tracks();
-        if joint.parent.is_some() {
-            return (translation * factor, rotation, scale);
+        let value = value * factor;
+        if joint.parent.is_some() { value.to_array() } else { (turn * value).to_array() }
+    }
+
+    /// A local rotation likewise.
+    fn rotation(&self, joint: &ArrayJoint, value: Quat) -> [f32; 4] {
+        let turned = self.arrays_from_scene.filter(|_| joint.parent.is_none());
+        let value = turned.map_or(value, |conversion| (conversion.of_tracks().0 * value).normalize());
+        unit(value).to_array()
+    }
+}
+
+/// One channel of a clip, as rows of arrays with a value for every joint.
+struct Rows<'a, const WIDTH: usize, T, F> {
+    /// What all frames have of joints that do not move.
+    still: Vec<[f32; WIDTH]>,
+    /// The others: the place of each in a row, and its values frame by frame.
+    moving: Vec<(usize, &'a ArrayJoint, &'a [T])>,
+    value: F,
+}
+
+impl<'a, const WIDTH: usize, T: Copy + 'a, F: Fn(&ArrayJoint, T) -> [f32; WIDTH]> Rows<'a, WIDTH, T, F> {
+    /// `track` gives the track of a joint and its value at rest, `value` what the arrays have of it.
+    fn of(frames: &'a PoseFrames, track: impl Fn(&ArrayJoint) -> (&'a Track<T>, T), value: F) -> Self {
+        let (mut still, mut moving) = (Vec::with_capacity(frames.joints.len()), Vec::new());
+        for (place, joint) in frames.joints.iter().enumerate() {
+            let (track, rest) = track(joint);
+            let first = match track {
+                Track::Rest => rest,
+                Track::Constant(constant) => *constant,
+                Track::Sampled(samples) => {
+                    moving.push((place, joint, samples.as_slice()));
+                    rest
+                }
+            };
+            still.push(value(joint, first));
         }
-        (turn * (translation * factor), (turn * rotation).normalize(), scale)
+        Self { still, moving, value }
+    }
+
+    /// Fills the rows of some frames, as many as there is room for.
+    fn fill(&self, rows: &mut [f32], frames: Range<usize>) {
+        let (values, _) = rows.as_chunks_mut();
+        let width = self.still.len().max(1);
+        values.chunks_exact_mut(width).take(frames.len()).for_each(|row| row.copy_from_slice(&self.still));
+        for (place, joint, samples) in &self.moving {
+            let places = values.iter_mut().skip(*place).step_by(width);
+            for (value, sample) in places.zip(&samples[frames.clone()]) {
+                *value = (self.value)(joint, *sample);
+            }
+        }
     }
 }
 
@@ -215,20 +258,41 @@ impl Block {
         change: impl Fn(usize, [f32; WIDTH]) -> T,
     ) -> Vec<Track<T>> {
         let Some(values) = values else { return (0..self.joints).map(|_| Track::Rest).collect() };
-        let mut columns: Vec<Vec<T>> = (0..self.joints).map(|_| Vec::with_capacity(self.frames)).collect();
-        for frame in values.chunks((self.all_joints * WIDTH).max(1)).take(self.frames) {
-            let (row, _) = frame.get(self.first * WIDTH..).unwrap_or_default().as_chunks();
-            for (joint, (column, value)) in columns.iter_mut().zip(row).enumerate() {
-                column.push(change(joint, *value));
+        let rows = values.chunks((self.all_joints * WIDTH).max(1)).take(self.frames).map(|frame| {
+            let (row, _) = frame.get(self.first * WIDTH..).unwrap_or_default().as_chunks::<WIDTH>();
+            &row[..self.joints.min(row.len())]
+        });
+        let Some(first) = rows.clone().next() else {
+            return (0..self.joints).map(|_| Track::Sampled(Vec::new())).collect();
+        };
+        // Most rigs turn their joints and neither move nor scale them.
+        let mut changes = vec![[0; WIDTH]; first.len()];
+        for row in rows.clone() {
+            let values = changes.as_flattened_mut().iter_mut().zip(row.as_flattened()).zip(first.as_flattened());
+            values.for_each(|((change, value), first)| *change |= value.to_bits() ^ first.to_bits());
+        }
+        let is_whole = values.len() >= self.frames * self.all_joints * WIDTH;
+        let is_still = |joint: usize| is_whole && changes.get(joint).is_some_and(|change| *change == [0; WIDTH]);
+        let moving: Vec<usize> = (0..self.joints).filter(|joint| !is_still(*joint)).collect();
+        let mut columns: Vec<Vec<T>> = moving.iter().map(|_| Vec::with_capacity(self.frames)).collect();
+        for row in rows {
+            for (column, joint) in columns.iter_mut().zip(&moving) {
+                column.extend(row.get(*joint).map(|value| change(*joint, *value)));
             }
         }
-        columns.into_iter().map(Track::Sampled).collect()
+        let mut tracks: Vec<Track<T>> =
+            first.iter().enumerate().map(|(joint, value)| Track::Constant(change(joint, *value))).collect();
+        tracks.resize(self.joints, Track::Rest);
+        for (joint, column) in moving.into_iter().zip(columns) {
+            tracks[joint] = Track::Sampled(column);
+        }
+        tracks
     }
 }
 
 /// What is a unit quaternion but for rounding keeps its bits. One of no length has no direction, and stays what no clip takes.
 fn unit(rotation: Quat) -> Quat {
-    if (rotation.length() - 1.0).abs() < 1e-5 { rotation } else { rotation / rotation.length() }
+    if (rotation.length_squared() - 1.0).abs() < 2e-5 { rotation } else { rotation / rotation.length() }
 }
 
 #[cfg(test)]

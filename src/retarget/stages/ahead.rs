@@ -117,7 +117,8 @@ impl Ahead {
         Self { first: 0, is_there: [false; FRAMES], model: local.clone(), local }
     }
 
-    /// Takes the pose of a frame, where it is there; it can be taken once, since whoever takes it may change it.
+    /// Takes the pose of a frame, where it is there; it can be taken once, since whoever takes it may change it. Local transforms are
+    /// taken for as many joints as there is room for.
     pub(super) fn take(&mut self, frame: usize, local: &mut [Transform], model: &mut [Transform]) -> bool {
         let lane = frame.wrapping_sub(self.first);
         if !self.is_there.get_mut(lane).is_some_and(std::mem::take) {

@@ -77,7 +77,18 @@ impl Posing {
     /// Fills a pose from the tracks of all joints of the skeleton at a frame. The tracks are the same for as long as
     /// the pose is used.
     pub(in crate::retarget) fn fill(&self, pose: &mut Pose, tracks: &[JointTracks], frame: usize) {
+        self.fill_some(pose, tracks, frame, self.joints.len());
+    }
+
+    /// The same, for who looks at where joints are in the model only: local transforms are of any frame then.
+    pub(in crate::retarget) fn fill_model(&self, pose: &mut Pose, tracks: &[JointTracks], frame: usize) {
+        self.fill_some(pose, tracks, frame, 0);
+    }
+
+    /// With the local transforms of the first so many joints.
+    fn fill_some(&self, pose: &mut Pose, tracks: &[JointTracks], frame: usize, locals: usize) {
         let Pose { local, model, ahead } = pose;
+        let local = &mut local[..locals];
         if ahead.take(frame, local, model) {
             return;
         }
@@ -150,12 +161,14 @@ mod tests {
             scale: DVec3::new(0.5, 1.0, 2.0),
         };
         let posing = Posing::new(&scene.skeleton, above, 0..scene.skeleton.len());
-        let (mut ahead, mut single) = (posing.pose(), posing.pose());
+        let (mut ahead, mut single, mut without_local) = (posing.pose(), posing.pose(), posing.pose());
         // Onward, again, back, and past the last whole run.
         for frame in (0..frames).chain([0, 0, 1, 17, 16, 18, 17, frames - 1]) {
             posing.fill(&mut ahead, &tracks, frame);
             posing.fill_one(&mut single, &tracks, frame);
             assert_eq!((&ahead.local, &ahead.model), (&single.local, &single.model), "frame {frame}");
+            posing.fill_model(&mut without_local, &tracks, frame);
+            assert_eq!(without_local.model, single.model, "frame {frame}");
             // Whoever gets a pose may change it.
             ahead.model[0].translation.x += 1.0;
             ahead.local[2].scale.x += 1.0;

@@ -57,7 +57,7 @@ impl PullStage {
     /// Where the legs begin before the pelvis is moved, frame by frame.
     fn hips(&self, work: &Work<'_>) -> Result<Vec<DVec3>, Canceled> {
         let fill = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
-            self.posing.fill(pose, &work.target, frame);
+            self.posing.fill_model(pose, &work.target, frame);
             for (leg, hip) in self.legs.iter().zip(row) {
                 *hip = pose.model[leg.start].translation;
             }
@@ -181,7 +181,7 @@ impl Stage for PullStage {
         let slot = self.posing.slot(self.pelvis);
         let changed = [Changed { joint: self.pelvis, rotates: false, moves: true }];
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
-            self.posing.fill(pose, &work.target, frame);
+            self.posing.fill_model(pose, &work.target, frame);
             let parent = self.posing.parent_of(pose, slot);
             let now = pose.model[slot];
             let moved = Transform { translation: now.translation + moves[frame], ..now };

@@ -97,6 +97,15 @@ struct Bend {
     axis: DVec3,
 }
 
+/// Where a limb is at a frame, before it reaches.
+#[derive(Clone, Copy, Debug, Default)]
+struct LimbPlace {
+    /// Of its start, middle and end.
+    places: [DVec3; 3],
+    /// How its start is turned.
+    turned: DQuat,
+}
+
 /// What is known of the bend of a limb from other frames.
 #[derive(Clone, Copy, Debug, Default)]
 struct Around {
@@ -107,10 +116,13 @@ struct Around {
 }
 
 impl SolvedLimb {
-    /// The limb as it is in a pose.
-    fn two_bone(&self, pose: &Pose, goal: &Goal, around: Around) -> TwoBone {
-        let [start, middle, end] = self.slots.places(pose);
-        let turned = pose.model[self.slots.start].rotation;
+    fn place(&self, pose: &Pose) -> LimbPlace {
+        LimbPlace { places: self.slots.places(pose), turned: pose.model[self.slots.start].rotation }
+    }
+
+    /// The limb where it is.
+    fn two_bone(&self, place: &LimbPlace, goal: &Goal, around: Around) -> TwoBone {
+        let LimbPlace { places: [start, middle, end], turned } = *place;
         TwoBone {
             start,
             middle,
@@ -126,9 +138,9 @@ impl SolvedLimb {
     }
 
     /// The normal of its plane in the axes of its start joint, as far as it is bent forward; it counts by the sine of the bend once more.
-    fn weighted_axis(&self, pose: &Pose, goal: &Goal) -> DVec3 {
-        let normal = self.two_bone(pose, goal, Around::default()).forward_normal();
-        pose.model[self.slots.start].rotation.conjugate() * normal * normal.length()
+    fn weighted_axis(&self, place: &LimbPlace, goal: &Goal) -> DVec3 {
+        let normal = self.two_bone(place, goal, Around::default()).forward_normal();
+        place.turned.conjugate() * normal * normal.length()
     }
 }
 
@@ -138,16 +150,27 @@ impl SolveStage {
         &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count]
     }
 
-    /// About which axes limbs bend, smooth over time, frame by frame; nothing for limbs that need no smoothing.
-    fn axes(&self, work: &Work<'_>) -> Result<Vec<Option<Vec<DVec3>>>, Canceled> {
-        let width = self.limbs.len();
-        let find = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
-            self.posing.fill(pose, &work.target, frame);
-            for (limb, axis) in self.limbs.iter().zip(row).filter(|(limb, _)| limb.is_smooth) {
-                *axis = limb.weighted_axis(pose, &self.goals(work, frame)[limb.limb]);
+    /// Where limbs whose bend is smoothed are, frame by frame.
+    fn places(&self, work: &Work<'_>) -> Result<Vec<LimbPlace>, Canceled> {
+        let find = |pose: &mut Pose, frame: usize, row: &mut [LimbPlace]| {
+            self.posing.fill_model(pose, &work.target, frame);
+            for (limb, place) in self.limbs.iter().zip(row).filter(|(limb, _)| limb.is_smooth) {
+                *place = limb.place(pose);
             }
         };
-        let rows = work.rows(width, || self.posing.pose(), find)?;
+        work.rows(self.limbs.len(), || self.posing.pose(), find)
+    }
+
+    /// About which axes limbs bend, smooth over time, frame by frame; nothing for limbs that need no smoothing.
+    fn axes(&self, places: &[LimbPlace], work: &Work<'_>) -> Result<Vec<Option<Vec<DVec3>>>, Canceled> {
+        let width = self.limbs.len();
+        let find = |(): &mut (), frame: usize, row: &mut [DVec3]| {
+            let limbs = self.limbs.iter().zip(row).zip(&places[frame * width..]);
+            for ((limb, axis), place) in limbs.filter(|((limb, _), _)| limb.is_smooth) {
+                *axis = limb.weighted_axis(place, &self.goals(work, frame)[limb.limb]);
+            }
+        };
+        let rows = work.rows(width, || (), find)?;
         let of_limb = |(index, limb): (usize, &SolvedLimb)| {
             limb.is_smooth.then(|| {
                 let axes: Vec<DVec3> = rows.iter().skip(index).step_by(width).copied().collect();
@@ -165,19 +188,19 @@ impl SolveStage {
         if !self.limbs.iter().any(|limb| limb.is_smooth) {
             return Ok(vec![None; width]);
         }
-        let axes = self.axes(work)?;
+        let places = self.places(work)?;
+        let axes = self.axes(&places, work)?;
         let axis = |index: usize, frame: usize| axes[index].as_ref().map(|axes| axes[frame]);
-        let find = |pose: &mut Pose, frame: usize, row: &mut [Bend]| {
-            self.posing.fill(pose, &work.target, frame);
+        let find = |(): &mut (), frame: usize, row: &mut [Bend]| {
             let goals = self.goals(work, frame);
-            for (index, (limb, bend)) in self.limbs.iter().zip(row).enumerate().filter(|(_, (limb, _))| limb.is_smooth)
-            {
+            let limbs = self.limbs.iter().zip(row).zip(&places[frame * width..]).enumerate();
+            for (index, ((limb, bend), place)) in limbs.filter(|(_, ((limb, _), _))| limb.is_smooth) {
                 let around = Around { axis: axis(index, frame), change: None };
-                let reach = limb.two_bone(pose, &goals[limb.limb], around).solve();
+                let reach = limb.two_bone(place, &goals[limb.limb], around).solve();
                 *bend = Bend { change: reach.change, axis: reach.axis };
             }
         };
-        let rows = work.rows(width, || self.posing.pose(), find)?;
+        let rows = work.rows(width, || (), find)?;
         let of_limb = |index: usize| {
             let bends: Vec<Bend> = rows.iter().skip(index).step_by(width).copied().collect();
             self.limbs[index].is_smooth.then(|| {
@@ -195,7 +218,7 @@ impl SolveStage {
     fn solve(&self, limb: &SolvedLimb, pose: &Pose, goal: &Goal, around: Around) -> Solved {
         let start = pose.model[limb.slots.start].translation;
         let model = |slot: usize| pose.model[slot].rotation;
-        let reach = limb.two_bone(pose, goal, around).solve();
+        let reach = limb.two_bone(&limb.place(pose), goal, around).solve();
         let line = (reach.end - start).normalize_or_zero();
         let off = (reach.middle - start) - line * (reach.middle - start).dot(line);
         let angle = match goal.pole.length() {

@@ -212,7 +212,7 @@ impl Stage for ContactStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.points.len();
         let fill = |pose: &mut crate::retarget::stages::posing::Pose, frame: usize, row: &mut [DVec3]| {
-            self.posing.fill(pose, work.source, frame);
+            self.posing.fill_model(pose, work.source, frame);
             for (point, place) in self.points.iter().zip(row) {
                 let joint = pose.model[point.slot];
                 *place = joint.translation + joint.rotation * point.sole;

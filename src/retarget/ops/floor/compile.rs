@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{
-    FloorFoot, FloorOp, FloorStage, FootSlots, TiltStage,
+    FloorFoot, FloorOp, FloorStage, FootSlots, Sole, TiltStage,
     tails::{LiftedTail, TailStage},
     toes::{ToeStage, ToedFoot},
 };
@@ -121,8 +121,9 @@ fn toe_stage(stack: &StackBuilder<'_>, resolved: &ResolvedOp) -> Option<ToeStage
     let foot = |&(limb, raise): &(usize, DVec3)| {
         let joints = stack.limb(limb).target;
         let slots = foot_slots(&joints, &target);
-        let shape = stack.limb(limb).target_foot.clone();
-        Some(ToedFoot { ball: joints.ball?, slots, shape, raise })
+        let shape = &stack.limb(limb).target_foot;
+        let yielding = shape.points.iter().filter(|point| point.gives_way).copied().collect();
+        Some(ToedFoot { ball: joints.ball?, slots, sole: Sole::new(shape, true), yielding, raise })
     };
     let feet: Vec<ToedFoot> = toes.iter().filter_map(foot).collect();
     let (schedule, ground, (_, leg)) = (resolved.schedule.clone(), stack.ground(), stack.legs());
@@ -153,13 +154,14 @@ fn floor_stage(stack: &StackBuilder<'_>, op: &FloorOp, resolved: &ResolvedOp) ->
         Some(FloorFoot {
             limb,
             source: foot_slots(&pair.source, &source),
-            source_shape: pair.source_foot.clone(),
+            source_sole: Sole::new(&pair.source_foot, pair.source.ball.is_some()),
             target: foot_slots(&pair.target, &target),
-            target_shape: pair.target_foot.clone(),
+            target_sole: Sole::new(&pair.target_foot, pair.target.ball.is_some()),
             leg: leg(limb).map(|joint| target.slot(joint)),
             toes_give_way: toes_of(stack, limb).is_some(),
             is_same: ratio.is_some_and(|ratio| (ratio - leg_ratio).abs() <= ALIKE * leg_ratio),
             stands: target_sole.down[0].map(|down| -down),
+            depth: target_sole.down[0].map(|down| pair.target_foot.depth(down)),
             toes_up: target_sole.down[1].map(|down| -down),
             flat: pair.has_stiff_foot.then(|| up(limb)),
         })

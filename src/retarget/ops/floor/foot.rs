@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use glam::{DQuat, DVec3};
 
 use crate::retarget::stages::posing::Pose;
-use crate::rig::{FootShape, SupportPoint};
+
+use super::sole::{Along, Sole, Turned};
 
 /// Beyond this tilt, in radians, points of the sole may be behind the ankle that are before it in a foot that stands.
 const UPSIDE_DOWN: f64 = 1.0;
@@ -30,8 +31,8 @@ pub(in crate::retarget) struct PlacedFoot {
 /// Heights of the lowest points of a foot.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::retarget) struct Lowest {
-    /// Of those that are asked for.
-    pub(in crate::retarget) wanted: f64,
+    /// Of those that bending the toes does not lift.
+    pub(in crate::retarget) firm: f64,
     pub(in crate::retarget) all: f64,
 }
 
@@ -51,108 +52,95 @@ impl Tilted {
         let angle = axis.length().atan2(normal.dot(up));
         Some(Self { axis: axis.try_normalize()?, angle })
     }
+
+    /// The angle by which a point has to be turned, so far above the ankle and before the axis, to be so far above it; nothing where
+    /// turning does not lift it.
+    fn needed(&self, above: f64, before: f64, wanted: f64) -> Option<f64> {
+        // A foot that points down, or beyond, passes the vertical first.
+        let is_upside_down = self.angle > UPSIDE_DOWN && above < wanted.min(0.0);
+        let reach = (above * above + before * before).sqrt();
+        if reach <= 0.0 || (before <= 0.0 && !is_upside_down) {
+            return None;
+        }
+        let now = before.atan2(above) + if before < 0.0 { TAU } else { 0.0 };
+        Some(now - (wanted / reach).clamp(-1.0, 1.0).acos())
+    }
 }
 
 impl PlacedFoot {
     /// As it is in a pose.
+    #[inline(always)]
     pub(in crate::retarget) fn posed(slots: FootSlots, pose: &Pose) -> Self {
         let place = |slot: usize| (pose.model[slot].translation, pose.model[slot].rotation);
         Self { end: place(slots.end), ball: slots.ball.map(place), shin: pose.model[slots.shin].rotation }
     }
 
     /// The same foot with its ankle elsewhere. Where the shin will be is not known yet; it is turned as it is.
+    #[inline(always)]
     pub(in crate::retarget) fn moved_to(&self, position: DVec3, rotation: DQuat) -> Self {
         let turn = rotation * self.end.1.conjugate();
         let ball = self.ball.map(|(place, turned)| (position + turn * (place - self.end.0), turn * turned));
         Self { end: (position, rotation), ball, shin: self.shin }
     }
 
-    /// What the part of a point that moves with foot and toes measures along a direction, from the ankle.
-    fn along(&self, direction: DVec3) -> impl Fn(&SupportPoint) -> f64 + use<> {
-        let of_end = self.end.1.conjugate() * direction;
-        let toes = self.ball.map(|(ball, turned)| ((ball - self.end.0).dot(direction), turned.conjugate() * direction));
-        move |point| {
-            let end = of_end.dot(point.from_end);
-            let Some((ball, of_ball)) = toes.filter(|_| point.toes > 0.0) else { return end };
-            end + (ball + of_ball.dot(point.from_ball) - end) * (point.toes / (1.0 - point.shin))
-        }
+    /// A direction in the axes of what the points of the foot move with.
+    #[inline(always)]
+    fn along(&self, direction: DVec3) -> Along {
+        let toes =
+            |(ball, turned): (DVec3, DQuat)| ((ball - self.end.0).dot(direction), turned.conjugate() * direction);
+        Along { of_end: self.end.1.conjugate() * direction, of_ball: self.ball.map_or((0.0, DVec3::ZERO), toes) }
     }
 
-    /// Height of the lowest of the points.
-    pub(in crate::retarget) fn lowest(&self, shape: &FootShape, up: DVec3) -> f64 {
-        self.lowest_of(shape, up, |_| true).all
-    }
-
-    /// Heights of the lowest of the points that are wanted, and of the lowest of all.
-    pub(in crate::retarget) fn lowest_of(
-        &self,
-        shape: &FootShape,
-        up: DVec3,
-        is_wanted: impl Fn(&SupportPoint) -> bool,
-    ) -> Lowest {
-        let (of_foot, of_shin) = (self.along(up), self.shin.conjugate() * up);
-        let mut lowest = Lowest { wanted: f64::INFINITY, all: f64::INFINITY };
-        for point in &shape.points {
-            let foot = of_foot(point);
-            let of_joints =
-                if point.shin > 0.0 { foot + (of_shin.dot(point.from_shin) - foot) * point.shin } else { foot };
-            let height = of_joints - point.radius;
-            lowest.all = lowest.all.min(height);
-            if is_wanted(point) {
-                lowest.wanted = lowest.wanted.min(height);
-            }
-        }
+    /// Heights of its lowest points.
+    #[inline(always)]
+    pub(in crate::retarget) fn lowest(&self, sole: &Sole, up: DVec3) -> Lowest {
+        let [firm, all] = sole.lowest(&self.along(up), self.shin.conjugate() * up);
         let ankle = self.end.0.dot(up);
-        Lowest { wanted: ankle + lowest.wanted, all: ankle + lowest.all }
+        Lowest { firm: ankle + firm, all: ankle + all }
     }
 
     /// How far the farthest point is from the ankle along a direction.
-    pub(in crate::retarget) fn farthest_before(&self, shape: &FootShape, direction: DVec3) -> f64 {
-        shape.points.iter().map(self.along(direction)).fold(0.0, f64::max)
+    pub(in crate::retarget) fn farthest_before(&self, sole: &Sole, direction: DVec3) -> f64 {
+        sole.farthest(&self.along(direction))
     }
 
     /// The angle by which the foot has to be turned toward flat about its ankle until the lowest of its points is at a height: negative
-    /// where it is above that. At least `least`, and at most until it is flat. A point turns the foot no farther than `limit` says.
+    /// where it is above that. At least `least`, and at most until it is flat. A point that toes lift turns the foot no farther than
+    /// `limit`.
     ///
     /// A point that is `a` above the ankle and `b` before the axis is `a · cos θ + b · sin θ` above it when turned by θ; only those
     /// before the axis are lifted.
+    #[inline(always)]
     pub(in crate::retarget) fn turn_to(
         &self,
-        shape: &FootShape,
+        sole: &Sole,
         up: DVec3,
         tilted: &Tilted,
         height: f64,
         least: f64,
-        limit: impl Fn(&SupportPoint) -> f64,
+        limit: f64,
     ) -> f64 {
-        let (above, before) = (self.along(up), self.along(up.cross(tilted.axis)));
+        let directions = [self.along(up), self.along(up.cross(tilted.axis))];
         let of_shin = self.shin.conjugate() * up;
         let wanted = height - self.end.0.dot(up);
         let mut turn = least;
         let (mut sine, mut cosine) = turn.sin_cos();
-        for point in &shape.points {
-            let limit = limit(point);
+        for (of_yielding, limit) in [(false, f64::INFINITY), (true, limit)] {
             if limit <= turn {
                 continue;
             }
-            // What moves with the shin stays.
-            let wanted = (wanted + point.radius - of_shin.dot(point.from_shin) * point.shin) / (1.0 - point.shin);
-            let (a, b) = (above(point), before(point));
-            // Most points are high enough after the turn that others need; the slope says whether more of it lifts them.
-            if a * cosine + b * sine >= wanted && b * cosine >= a * sine {
-                continue;
-            }
-            // A foot that points down, or beyond, passes the vertical first.
-            let is_upside_down = tilted.angle > UPSIDE_DOWN && a < wanted.min(0.0);
-            let reach = (a * a + b * b).sqrt();
-            if reach <= 0.0 || (b <= 0.0 && !is_upside_down) {
-                continue;
-            }
-            let now = if b < 0.0 { b.atan2(a) + TAU } else { b.atan2(a) };
-            let needed = (now - (wanted / reach).clamp(-1.0, 1.0).acos()).min(limit);
-            if needed > turn {
-                turn = needed;
-                (sine, cosine) = turn.sin_cos();
+            for Turned { above, before, wanted } in sole.turned(of_yielding, directions, of_shin, wanted) {
+                for ((a, b), wanted) in above.into_iter().zip(before).zip(wanted) {
+                    // Most points are high enough after the turn that others need; the slope says whether more of it lifts them.
+                    if a * cosine + b * sine >= wanted && b * cosine >= a * sine {
+                        continue;
+                    }
+                    let needed = tilted.needed(a, b, wanted).map_or(turn, |needed| needed.min(limit));
+                    if needed > turn {
+                        turn = needed;
+                        (sine, cosine) = turn.sin_cos();
+                    }
+                }
             }
         }
         turn.min(tilted.angle)
@@ -162,6 +150,7 @@ impl PlacedFoot {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rig::{FootShape, SupportPoint};
 
     const ANKLE: f64 = 0.1;
 
@@ -179,6 +168,10 @@ mod tests {
         FootShape { points: vec![point(-0.07), point(0.23)], ..FootShape::default() }
     }
 
+    fn sole(shape: &FootShape) -> Sole {
+        Sole::new(shape, true)
+    }
+
     /// The toes are down by so many degrees.
     fn foot(height: f64, degrees: f64) -> PlacedFoot {
         let turned = DQuat::from_rotation_x(degrees.to_radians());
@@ -186,7 +179,7 @@ mod tests {
     }
 
     fn lowest(foot: &PlacedFoot) -> f64 {
-        foot.lowest(&shape(), DVec3::Y)
+        foot.lowest(&sole(&shape()), DVec3::Y).all
     }
 
     #[test]
@@ -196,7 +189,7 @@ mod tests {
             let foot = foot(height, degrees);
             let tilted = Tilted::of(foot.end.1 * DVec3::Y, DVec3::Y).expect("it is tilted");
             assert!((tilted.angle.to_degrees() - f64::abs(degrees)).abs() < 1e-9, "by as much as it is");
-            let angle = foot.turn_to(&shape(), DVec3::Y, &tilted, wanted, f64::NEG_INFINITY, |_| f64::INFINITY);
+            let angle = foot.turn_to(&sole(&shape()), DVec3::Y, &tilted, wanted, f64::NEG_INFINITY, f64::INFINITY);
             let turned = DQuat::from_axis_angle(tilted.axis, angle) * foot.end.1;
             let found = lowest(&foot.moved_to(foot.end.0, turned));
             assert!((found - wanted).abs() < 1e-9, "{height} m, {degrees}°: {found} instead of {wanted}");
@@ -207,7 +200,7 @@ mod tests {
     fn a_foot_turns_no_farther_than_flat() {
         let foot = foot(0.05, 30.0);
         let tilted = Tilted::of(foot.end.1 * DVec3::Y, DVec3::Y).expect("it is tilted");
-        let angle = foot.turn_to(&shape(), DVec3::Y, &tilted, 0.0, f64::NEG_INFINITY, |_| f64::INFINITY);
+        let angle = foot.turn_to(&sole(&shape()), DVec3::Y, &tilted, 0.0, f64::NEG_INFINITY, f64::INFINITY);
         assert!((angle - tilted.angle).abs() < 1e-12, "the ankle is too low: {angle}");
         assert!(Tilted::of(DVec3::Y, DVec3::Y).is_none(), "a flat foot has no axis");
     }
@@ -216,16 +209,17 @@ mod tests {
     fn what_several_joints_move_lies_between() {
         let mut shape = shape();
         shape.points[1].toes = 0.5;
+        shape.points[0].gives_way = true;
         shape.points[1].from_ball = DVec3::new(0.0, -0.02, 0.1);
         let ball = (DVec3::new(0.0, 0.02, 0.13), DQuat::from_rotation_x(-0.9));
         let bent = PlacedFoot { ball: Some(ball), ..foot(ANKLE, 0.0) };
         let (of_foot, of_toes) = (0.0, (ball.0 + ball.1 * shape.points[1].from_ball).y);
-        let found = bent.lowest_of(&shape, DVec3::Y, |point| point.toes > 0.0).wanted;
+        let found = bent.lowest(&sole(&shape), DVec3::Y).firm;
         assert!((found - f64::midpoint(of_foot, of_toes)).abs() < 1e-12, "{found}");
         let mut shape = self::shape();
         shape.points[0].shin = 0.25;
         shape.points[0].from_shin = DVec3::new(0.0, -0.2, 0.0);
-        let found = foot(ANKLE, 0.0).lowest(&shape, DVec3::Y);
+        let found = foot(ANKLE, 0.0).lowest(&sole(&shape), DVec3::Y).all;
         assert!((found + 0.025).abs() < 1e-12, "a quarter of what the shin says: {found}");
     }
 }

@@ -10,6 +10,7 @@ mod foot;
 mod knee;
 mod level;
 mod lift;
+mod sole;
 pub(in crate::retarget) mod spec;
 pub(in crate::retarget) mod tails;
 mod tilt;
@@ -25,15 +26,13 @@ use crate::model::rotation::smootherstep;
 use rayon::prelude::*;
 
 use super::schedule::Schedule;
-use crate::{
-    model::Canceled,
-    rig::{FootShape, SupportPoint},
-};
+use crate::model::Canceled;
 
 pub(in crate::retarget) use self::foot::{FootSlots, PlacedFoot};
 use self::knee::bend_per_move;
 pub(in crate::retarget) use self::lift::smooth_above;
 use self::lift::{Lift, smoothed_lifts};
+pub(in crate::retarget) use self::sole::Sole;
 use super::plant::either;
 use crate::retarget::stages::{
     contact_points::ContactPoints,
@@ -79,9 +78,9 @@ pub(in crate::retarget) struct FloorStage {
 pub(in crate::retarget) struct FloorFoot {
     pub(in crate::retarget) limb: usize,
     pub(in crate::retarget) source: FootSlots,
-    pub(in crate::retarget) source_shape: FootShape,
+    pub(in crate::retarget) source_sole: Sole,
     pub(in crate::retarget) target: FootSlots,
-    pub(in crate::retarget) target_shape: FootShape,
+    pub(in crate::retarget) target_sole: Sole,
     /// Slots of hip, knee and ankle of the target.
     pub(in crate::retarget) leg: [usize; 3],
     /// Whether leg and foot of the target are the source's but for their size. Such a foot stands as the source's stands, even where
@@ -89,19 +88,14 @@ pub(in crate::retarget) struct FloorFoot {
     pub(in crate::retarget) is_same: bool,
     /// Up at rest in the axes of the target's ankle, where it stands at rest.
     pub(in crate::retarget) stands: Option<DVec3>,
-    /// The same in the axes of the joint of the ball.
+    /// How far the sole is below the ankle then.
+    pub(in crate::retarget) depth: Option<f64>,
+    /// Up at rest in the axes of the joint of the ball.
     pub(in crate::retarget) toes_up: Option<DVec3>,
-    /// The same of feet that are set flat while they stand.
+    /// Up at rest in the axes of the ankle, of feet that are set flat while they stand.
     pub(in crate::retarget) flat: Option<DVec3>,
     /// Whether toes bend where they would go through the floor, so that heel and ball stand.
     pub(in crate::retarget) toes_give_way: bool,
-}
-
-impl FloorFoot {
-    /// Whether a point keeps the foot out of the floor.
-    fn carries(&self, point: &SupportPoint) -> bool {
-        !(self.toes_give_way && point.gives_way)
-    }
 }
 
 /// What is known of a foot at a frame: how high soles are above the floor.
@@ -157,18 +151,20 @@ impl FloorStage {
     fn clearances(&self, work: &Work<'_>) -> Result<Vec<Clearance>, Canceled> {
         let up = self.ground.up;
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Clearance]| {
-            self.target.fill(pose, &work.target, frame);
+            self.target.fill_model(pose, &work.target, frame);
             for (foot, clearance) in self.feet.iter().zip(row) {
                 let goal = &work.goals[frame * self.limb_count + foot.limb];
                 let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
-                let lowest = placed.lowest_of(&foot.target_shape, up, |point| foot.carries(point));
-                let depth = foot.stands.map(|flat| goal.position.dot(up) - foot.target_shape.depth(-flat));
+                let lowest = placed.lowest(&foot.target_sole, up);
+                // What keeps the foot out of the floor.
+                let carrying = if foot.toes_give_way { lowest.firm } else { lowest.all };
+                let flat = foot.depth.map(|depth| goal.position.dot(up) - depth);
                 let is_level = foot.stands.is_some_and(|flat| (goal.rotation * flat).angle_between(up) < LEVEL_RADIANS);
                 *clearance = Clearance {
                     source: work.source_soles[foot.limb][frame] - self.ground.source_floor,
-                    target: lowest.wanted - self.ground.target_floor,
+                    target: carrying - self.ground.target_floor,
                     with_toes: lowest.all - self.ground.target_floor,
-                    flat: depth.unwrap_or(lowest.wanted) - self.ground.target_floor,
+                    flat: flat.unwrap_or(carrying) - self.ground.target_floor,
                     is_level,
                     bend: bend_per_move(foot.leg.map(|slot| pose.model[slot].translation), goal.position),
                 };
@@ -184,9 +180,9 @@ impl FloorStage {
             return Ok(());
         }
         let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
-            self.source.fill(pose, work.source, frame);
+            self.source.fill_model(pose, work.source, frame);
             for (foot, sole) in self.feet.iter().zip(row) {
-                *sole = PlacedFoot::posed(foot.source, pose).lowest(&foot.source_shape, self.ground.up);
+                *sole = PlacedFoot::posed(foot.source, pose).lowest(&foot.source_sole, self.ground.up).all;
             }
         };
         let width = self.feet.len();

@@ -11,7 +11,7 @@ use glam::{DQuat, DVec3};
 
 use crate::model::rotation::smootherstep;
 
-use crate::{model::Canceled, rig::SupportPoint};
+use crate::model::Canceled;
 
 use super::{Clearance, FloorFoot, FloorStage, PlacedFoot, Wanted, foot::Tilted, level::is_flat, lift::smooth_above};
 use crate::retarget::stages::{
@@ -85,7 +85,7 @@ impl FloorStage {
             if !(0..width).any(is_off) {
                 return;
             }
-            self.target.fill(pose, &work.target, frame);
+            self.target.fill_model(pose, &work.target, frame);
             for (index, (foot, turn)) in self.feet.iter().zip(row).enumerate() {
                 let goal = &work.goals[frame * self.limb_count + foot.limb];
                 let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
@@ -111,17 +111,16 @@ impl FloorStage {
         let tilted = foot.stands.filter(|_| !foot.is_same).and_then(|flat| Tilted::of(placed.end.1 * flat, up));
         let Some(tilted) = tilted else { return 0.0 };
         let stands = 1.0 - smootherstep((tilted.angle - STANDS) / STANDS_FADE);
-        let shape = &foot.target_shape;
-        let of_carrying = |point: &SupportPoint| if foot.carries(point) { f64::INFINITY } else { f64::NEG_INFINITY };
-        let least = placed.turn_to(shape, up, &tilted, wanted.deepest, 0.0, of_carrying);
+        let sole = &foot.target_sole;
+        let of_yielding = if foot.toes_give_way { f64::NEG_INFINITY } else { f64::INFINITY };
+        let least = placed.turn_to(sole, up, &tilted, wanted.deepest, 0.0, of_yielding);
         if hold <= 0.0 {
             return least * stands;
         }
-        let before = placed.farthest_before(shape, up.cross(tilted.axis)) / self.target_leg;
+        let before = placed.farthest_before(sole, up.cross(tilted.axis)) / self.target_leg;
         let most = MAX_MORE * smootherstep(tilted.angle / SURE_TILT) * smootherstep(before / BEFORE_METERS - 1.0);
         // Toes that stand already keep a foot from being turned down to the floor.
-        let of_all = |point: &SupportPoint| if foot.carries(point) { f64::INFINITY } else { 0.0 };
-        let held = placed.turn_to(shape, up, &tilted, wanted.height, -most, of_all);
+        let held = placed.turn_to(sole, up, &tilted, wanted.height, -most, of_yielding.max(0.0));
         least.max(held * hold) * stands
     }
 
@@ -146,7 +145,7 @@ impl FloorStage {
                 }
                 return;
             }
-            self.target.fill(pose, &work.target, frame);
+            self.target.fill_model(pose, &work.target, frame);
             for ((index, slot), change) in feet.iter().zip(row) {
                 let foot = &self.feet[*index];
                 let goal = work.goals[frame * self.limb_count + foot.limb].rotation;

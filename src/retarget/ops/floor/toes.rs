@@ -7,13 +7,9 @@ use crate::retarget::mapping::Ground;
 use crate::retarget::stages::stage::Stage;
 use glam::{DQuat, DVec3};
 
-use crate::{
-    model::Canceled,
-    retarget::ops::schedule::Schedule,
-    rig::{FootShape, SupportPoint},
-};
+use crate::{model::Canceled, retarget::ops::schedule::Schedule, rig::SupportPoint};
 
-use super::{FootSlots, PlacedFoot, smooth_above, soft_above};
+use super::{FootSlots, PlacedFoot, Sole, smooth_above, soft_above};
 use crate::retarget::stages::{
     posing::{Pose, Posing},
     work::{Change, Changed, Work},
@@ -44,7 +40,9 @@ pub(in crate::retarget) struct ToedFoot {
     /// The joint of the ball.
     pub(in crate::retarget) ball: usize,
     pub(in crate::retarget) slots: FootSlots,
-    pub(in crate::retarget) shape: FootShape,
+    pub(in crate::retarget) sole: Sole,
+    /// The points that bending the toes lifts.
+    pub(in crate::retarget) yielding: Vec<SupportPoint>,
     /// The axis about which toes bend up, in the ball's axes; unit length.
     pub(in crate::retarget) raise: DVec3,
 }
@@ -59,29 +57,36 @@ struct Toes {
 
 impl ToeStage {
     /// By how much toes bend up to the floor, or to where the rest of the foot is below it; radians.
-    fn bend(&self, shape: &FootShape, toes: &Toes) -> f64 {
+    fn bend(&self, foot: &ToedFoot, toes: &Toes) -> f64 {
         let (up, axis) = (self.ground.up, toes.axis);
         let floor = self.ground.target_floor;
-        let stands = (toes.foot.lowest_of(shape, up, |point| !point.gives_way).wanted - floor).min(0.0);
+        let stands = (toes.foot.lowest(&foot.sole, up).firm - floor).min(0.0);
         let (ball, turned) = toes.ball;
         let (of_toes, of_ahead) = (turned.conjugate() * up, turned.conjugate() * up.cross(axis));
-        let beside = axis.dot(up);
+        // What lies along the axis is not lifted.
+        let of_low = of_toes - turned.conjugate() * axis * axis.dot(up);
         let base = ball.dot(up) - floor;
         let (ankle, of_end) = (toes.foot.end.0.dot(up) - floor, toes.foot.end.1.conjugate() * up);
         let needed = |point: &SupportPoint| {
             // Turned by θ about the axis the point is `low · cos θ + ahead · sin θ` above the ball, beside what lies along the axis.
-            let along = beside * (turned * point.from_ball).dot(axis);
-            let (low, ahead) = (of_toes.dot(point.from_ball) - along, of_ahead.dot(point.from_ball));
+            let low = of_low.dot(point.from_ball);
             // What of the point does not move with the toes stays where it is.
             let stays = (ankle + of_end.dot(point.from_end) - stands) * (1.0 - point.toes) / point.toes;
-            let missing = soft_above(stands - stays - (base + along + low - point.radius), SOFT_METERS * self.leg);
+            let missing = soft_above(
+                stands - stays - (base + of_toes.dot(point.from_ball) - point.radius),
+                SOFT_METERS * self.leg,
+            );
+            if missing <= 0.0 {
+                return 0.0;
+            }
+            let ahead = of_ahead.dot(point.from_ball);
             let reach = low.hypot(ahead);
-            if missing <= 0.0 || reach <= 0.0 {
+            if reach <= 0.0 {
                 return 0.0;
             }
             ((low + missing) / reach).clamp(-1.0, 1.0).asin() - low.atan2(ahead)
         };
-        shape.points.iter().filter(|point| point.gives_way).map(needed).fold(0.0, f64::max).min(MAX_BEND)
+        foot.yielding.iter().map(needed).fold(0.0, f64::max).min(MAX_BEND)
     }
 }
 
@@ -94,10 +99,10 @@ impl Stage for ToeStage {
             Some((slot, Toes { foot: placed, ball, axis: ball.1 * foot.raise }))
         };
         let measure = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
-            self.target.fill(pose, &work.target, frame);
+            self.target.fill_model(pose, &work.target, frame);
             let alpha = self.schedule.alpha_at(frame, work.times[frame]);
             for (foot, bend) in self.feet.iter().zip(row) {
-                *bend = toes(foot, pose).map_or(0.0, |(_, toes)| self.bend(&foot.shape, &toes) * alpha);
+                *bend = toes(foot, pose).map_or(0.0, |(_, toes)| self.bend(foot, &toes) * alpha);
             }
         };
         let needed = work.rows(width, || self.target.pose(), measure)?;
@@ -115,7 +120,7 @@ impl Stage for ToeStage {
                 }
                 return;
             }
-            self.target.fill(pose, &work.target, frame);
+            self.target.fill_model(pose, &work.target, frame);
             for ((foot, bends), change) in self.feet.iter().zip(&bends).zip(row) {
                 let Some((slot, toes)) = toes(foot, pose) else { continue };
                 let turned = DQuat::from_axis_angle(toes.axis, bends[frame]) * toes.ball.1;
@@ -144,7 +149,10 @@ fn eased(bends: Vec<f64>, times: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Skeleton, Transform};
+    use crate::{
+        model::{Skeleton, Transform},
+        rig::FootShape,
+    };
 
     fn stage() -> ToeStage {
         let target = Posing::new(&Skeleton::default(), Transform::IDENTITY, []);
@@ -168,7 +176,10 @@ mod tests {
         let end = (ball - DVec3::new(0.0, -0.05, 0.12), DQuat::IDENTITY);
         let foot = PlacedFoot { end, ball: Some((ball, rotation)), shin: DQuat::IDENTITY };
         let axis = rotation * DVec3::NEG_X;
-        DQuat::from_axis_angle(axis, stage().bend(shape, &Toes { foot, ball: (ball, rotation), axis }))
+        let yielding = shape.points.iter().filter(|point| point.gives_way).copied().collect();
+        let slots = FootSlots { end: 0, ball: Some(1), shin: 2 };
+        let toed = ToedFoot { ball: 0, slots, sole: Sole::new(shape, true), yielding, raise: DVec3::NEG_X };
+        DQuat::from_axis_angle(axis, stage().bend(&toed, &Toes { foot, ball: (ball, rotation), axis }))
     }
 
     const TIP: DVec3 = DVec3::new(0.0, -0.01, 0.08);

@@ -138,8 +138,8 @@ impl Stage for GoalStage {
             goals = filled(Goal::default(), work.frame_count() * width);
         }
         let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Goal]| {
-            self.source.fill(source, work.source, frame);
-            self.target.fill(target, &work.target, frame);
+            self.source.fill_model(source, work.source, frame);
+            self.target.fill_model(target, &work.target, frame);
             let alpha = self.schedule.alpha_at(frame, work.times[frame]);
             for limb in &self.limbs {
                 row[limb.limb] = self.goal(limb, source, target, alpha);

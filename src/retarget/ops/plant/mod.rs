@@ -113,7 +113,7 @@ impl PlantStage {
     /// Where the points of feet are on both sides; nothing of a foot of which none is known to touch.
     fn read(&self, work: &Work<'_>) -> Result<Vec<Option<Foot>>, Canceled> {
         let fill = |pose: &mut Pose, frame: usize, row: &mut [[DVec3; 3]]| {
-            self.posing.fill(pose, &work.target, frame);
+            self.posing.fill_model(pose, &work.target, frame);
             for (foot, places) in self.feet.iter().zip(row) {
                 let goal = &work.goals[frame * self.limb_count + foot.limb];
                 *places = foot.places(pose, goal);

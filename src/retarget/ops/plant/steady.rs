@@ -40,7 +40,7 @@ impl PlantStage {
         }
         let width = feet.len();
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Turned]| {
-            self.posing.fill(pose, &work.target, frame);
+            self.posing.fill_model(pose, &work.target, frame);
             for (foot, turned) in feet.iter().zip(row) {
                 *turned = self.turned(foot, pose, work, frame);
             }
@@ -71,7 +71,7 @@ impl PlantStage {
             })
             .collect();
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
-            self.posing.fill(pose, &work.target, frame);
+            self.posing.fill_model(pose, &work.target, frame);
             for ((index, slot, _), change) in balls.iter().zip(row) {
                 let foot = feet[*index];
                 let [end, _] = self.turned(foot, pose, work, frame);
