@@ -2,7 +2,10 @@
 
 use numpy::{IntoPyArray as _, PyArray2, PyArray3, PyArrayMethods as _, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::{exceptions::PyValueError, prelude::*};
-use retargetd::engine::{Compiled, FrameArrays, FrameArraysMut, Inputs, Knowledge, Limits, PoseFrames};
+use retargetd::{
+    engine::{Compiled, FrameArrays, FrameArraysMut, Inputs, Knowledge, Limits, PoseFrames},
+    model::in_pool,
+};
 
 use crate::{
     errors::raised,
@@ -98,11 +101,14 @@ impl Plan {
         let target = self.compiled.target();
         let values = frames * target.joint_count();
         let (translations, rotations, scales) = work(py, |control| {
-            let clip = self.compiled.run(times, &arrays, control)?;
-            let mut made = (vec![0.0; values * 3], vec![0.0; values * 4], vec![0.0; values * 3]);
-            let room = FrameArraysMut { translations: &mut made.0, rotations: &mut made.1, scales: &mut made.2 };
-            target.fill(&clip, room);
-            Ok(made)
+            // Threads of the pool stay, and so does the memory that they had of earlier arrays.
+            in_pool(|| {
+                let clip = self.compiled.run(times, &arrays, control)?;
+                let mut made = (vec![0.0; values * 3], vec![0.0; values * 4], vec![0.0; values * 3]);
+                let room = FrameArraysMut { translations: &mut made.0, rotations: &mut made.1, scales: &mut made.2 };
+                target.fill(&clip, room);
+                Ok(made)
+            })
         })?;
         let shaped =
             |values: Vec<f32>, width: usize| values.into_pyarray(py).reshape([frames, target.joint_count(), width]);

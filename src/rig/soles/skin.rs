@@ -63,7 +63,8 @@ fn vertices(foot: &Foot<'_, '_>) -> Vec<SupportPoint> {
         match joint {
             _ if foot.leg.ball.is_some_and(is_below) => Some(1),
             _ if is_below(foot.leg.end) => Some(0),
-            _ if joint == foot.leg.shin => Some(2),
+            // Joints between knee and ankle that take a share of the shin's twist lean with it.
+            _ if is_below(foot.leg.shin) => Some(2),
             _ => None,
         }
     };

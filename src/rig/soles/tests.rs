@@ -115,6 +115,45 @@ fn a_shoe_stands_on_its_heel_its_edges_and_its_toes() {
     }
 }
 
+/// The same body with a joint in the middle of each shin that takes a share of its twist, and the back of each heel half on it.
+fn with_twist_joints(scene: &Scene) -> Scene {
+    let mut joints = scene.skeleton.joints().to_vec();
+    let mut entries: Vec<(u32, SkinPoint)> = Vec::new();
+    for side in ["Left", "Right"] {
+        let shin = joints.iter().position(|joint| joint.name == format!("{side}Leg")).expect("a shin");
+        let rest = Transform::from_translation(DVec3::new(0.0, -0.2, 0.0));
+        let twist = joints.len();
+        joints.push(Joint { name: format!("{side}LegTwist"), parent: Some(shin), rest, is_joint: true, node: twist });
+        // The ankle is 0.25 m below it.
+        let position = Vec3::new(0.0, -0.35, -0.12);
+        entries.push((u32::try_from(twist).expect("few joints"), SkinPoint { position, weight: 0.5 }));
+    }
+    let skeleton = Skeleton::new(joints).expect("a skeleton");
+    let rest = skeleton.rest_pose().to_model(&skeleton);
+    for index in 0..scene.skeleton.len() {
+        let number = u32::try_from(index).expect("few joints");
+        entries.extend(scene.skin_points.of(index).iter().map(|point| (number, *point)));
+        if scene.skeleton.joints()[index].name.ends_with("Foot") {
+            let back = rest.transforms()[index].translation + DVec3::new(0.0, -0.1, -0.12);
+            let position = rest.transforms()[index].relative(&Transform::from_translation(back)).translation.as_vec3();
+            entries.push((number, SkinPoint { position, weight: 0.5 }));
+        }
+    }
+    let skin_points = SkinPoints::new(skeleton.len(), &entries);
+    Scene { skeleton, skin_points, unit_meters: Some(1.0), ..Scene::default() }
+}
+
+#[test]
+fn a_heel_that_hangs_on_a_joint_of_the_shin_leans_with_it() {
+    let scene = with_twist_joints(&with_shoes(body(true), &[]));
+    let (shape, leg) = left_foot(&scene);
+    let back = shape.points.iter().find(|point| point.from_end.length() > 0.15 && point.shin > 0.0);
+    let back = back.unwrap_or_else(|| panic!("half of the heel is the shin's: {:?}", shape.points));
+    assert!((back.shin - 0.5).abs() < 1e-6, "half of it: {}", back.shin);
+    let place = scene.skeleton.rest_pose().to_model(&scene.skeleton).transforms()[leg.shin].rotation * back.from_shin;
+    assert!(place.distance(DVec3::new(0.0, -0.1, -0.12)) < 1e-6, "from the ankle: {place}");
+}
+
 #[test]
 fn a_cape_is_no_foot() {
     let scene = with_shoes(body(true), &[DVec3::new(0.0, 0.2, -0.9), DVec3::new(0.1, -0.09, -0.85)]);
