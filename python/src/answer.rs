@@ -84,7 +84,8 @@ pub(crate) fn ask(
         (Question::Retarget, TaskKind::Pose) => Question::Pose { to: None },
         (question, _) => question,
     };
-    let asked = EngineRequest { question, files: asked_files, formats: &formats, knowledge: &knowledge, limits: &limits };
+    let asked =
+        EngineRequest { question, files: asked_files, formats: &formats, knowledge: &knowledge, limits: &limits };
     let engine = engine(isolate).map_err(|failure| raised(py, &failure))?;
     match work(py, |control| engine.ask(&asked, control))? {
         Answer::Picture(bytes) | Answer::Archive(bytes) => PyBytes::new(py, &bytes).into_py_any(py),
