@@ -182,12 +182,7 @@ class Poses:
             arrays["morph_names"] = np.array(self.morph_names, dtype=np.str_)
             arrays["morph_weights"] = np.ascontiguousarray(self.morph_weights, np.float32)
         arrays["meta"] = np.array(json.dumps(meta))
-        room = io.BytesIO()
-        with zipfile.ZipFile(room, "w") as archive:
-            for key, array in arrays.items():
-                with archive.open(zipfile.ZipInfo(f"{key}.npy", _NO_TIME), "w", force_zip64=True) as member:
-                    np.lib.format.write_array(member, array, allow_pickle=False)
-        return room.getvalue()
+        return _archive(arrays)
 
     @property
     def frame_count(self) -> int:
@@ -258,6 +253,22 @@ class Poses:
     def __repr__(self) -> str:
         rate = f", {self.fps:g} fps" if self.fps else ""
         return f"<Poses '{self.name}': {self.frame_count} frames, {self.joint_count} joints{rate}>"
+
+
+def _archive(arrays: dict[str, NDArray[Any]]) -> bytes:
+    """An NPZ of arrays, stored."""
+    room = io.BytesIO()
+    archive = zipfile.ZipFile(room, "w")
+    try:
+        for key, array in arrays.items():
+            with archive.open(zipfile.ZipInfo(f"{key}.npy", _NO_TIME), "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
+        archive.close()
+    except BaseException:
+        # Closing what Ctrl-C left unfinished fails, now or when it is freed, and that would hide the interrupt.
+        archive.fp = None
+        raise
+    return room.getvalue()
 
 
 def matrices(rotations: ArrayLike) -> NDArray[np.float64]:

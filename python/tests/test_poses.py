@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -152,3 +153,19 @@ def test_a_plan_for_a_source_without_a_clip(mannequin: bytes, walk: bytes) -> No
     frames = np.repeat(still.rest_rotations[None], 3, axis=0)
     made = plan.run_arrays([0, 0.1, 0.2], frames, np.repeat(still.rest_translations[None], 3, axis=0))
     assert np.abs(np.sum(made[1] * frames, axis=-1)).min() > 1 - 1e-5, "at rest, it stays at rest"
+
+
+def test_ctrl_c_while_an_archive_is_written_is_heard(walk: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    poses = rt.Poses.read(walk)
+    member = zipfile._ZipWriteFile  # type: ignore[attr-defined]
+    close = member.close
+    pressed = iter([True])
+
+    def interrupted(self: object) -> None:
+        if next(pressed, False):
+            raise KeyboardInterrupt
+        close(self)
+
+    monkeypatch.setattr(member, "close", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        poses.to_bytes()
