@@ -85,6 +85,11 @@ impl SkinVertices {
         (0..self.len()).map(|vertex| self.of(vertex))
     }
 
+    /// The influences of the vertices of meshes without a skin that hang on a joint.
+    pub fn rigid(&self) -> impl Iterator<Item = &[Influence]> {
+        (self.skinned..self.len()).map(|vertex| self.of(vertex))
+    }
+
     /// Where a vertex is in a pose, model space.
     #[must_use]
     pub fn place(&self, vertex: usize, pose: &ModelPose) -> DVec3 {

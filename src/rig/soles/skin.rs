@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use crate::model::SkinPoint;
+
 use super::{
     Foot, FootShape, SupportPoint,
     extremes::{FootFrame, extreme, farthest},
@@ -55,31 +57,49 @@ impl Seen {
     }
 }
 
+/// The part of a leg that a joint is of: foot, toes or shin.
+fn part_of(foot: &Foot<'_, '_>, joint: usize) -> Option<usize> {
+    let is_below = |root: usize| foot.side.skeleton().is_ancestor_or_self(root, joint);
+    match joint {
+        _ if foot.leg.ball.is_some_and(is_below) => Some(1),
+        _ if is_below(foot.leg.end) => Some(0),
+        // Joints between knee and ankle that take a share of the shin's twist lean with it.
+        _ if is_below(foot.leg.shin) => Some(2),
+        _ => None,
+    }
+}
+
+/// What moves the vertices of a foot: its part of the leg, the joint, and where that holds a vertex how much. Feet without a skin may be
+/// meshes that hang on their joints, as those of robots.
+fn influences(foot: &Foot<'_, '_>) -> Vec<(usize, usize, SkinPoint)> {
+    let scene = foot.side.scene;
+    let of_joint = |joint: usize| Some((part_of(foot, joint)?, joint));
+    let parts = (0..foot.side.skeleton().len()).filter_map(of_joint);
+    let skinned: Vec<(usize, usize, SkinPoint)> = parts
+        .flat_map(|(part, joint)| scene.skin_points.of(joint).iter().map(move |point| (part, joint, *point)))
+        .collect();
+    if skinned.iter().any(|(part, ..)| *part != 2) {
+        return skinned;
+    }
+    let rigid = scene.skin_vertices.rigid().flatten().filter_map(|one| {
+        let (part, joint) = of_joint(one.joint as usize)?;
+        Some((part, joint, SkinPoint { position: one.position, weight: one.weight }))
+    });
+    rigid.collect()
+}
+
 /// The vertices of a foot, with the shares of each that move with toes and shin. Vertices of equal place count once.
 fn vertices(foot: &Foot<'_, '_>) -> Vec<SupportPoint> {
-    let (scene, skeleton, rest) = (foot.side.scene, foot.side.skeleton(), foot.side.rest.transforms());
-    let part_of = |joint: usize| {
-        let is_below = |root: usize| skeleton.is_ancestor_or_self(root, joint);
-        match joint {
-            _ if foot.leg.ball.is_some_and(is_below) => Some(1),
-            _ if is_below(foot.leg.end) => Some(0),
-            // Joints between knee and ankle that take a share of the shin's twist lean with it.
-            _ if is_below(foot.leg.shin) => Some(2),
-            _ => None,
-        }
-    };
+    let (scene, rest) = (foot.side.scene, foot.side.rest.transforms());
     let mut seen: BTreeMap<[i64; 3], [Seen; 3]> = BTreeMap::new();
     let grid = SAME_PLACE * foot.length;
-    for (joint, joint_at_rest) in rest.iter().enumerate().take(skeleton.len()) {
-        let Some(part) = part_of(joint) else { continue };
-        let bind = scene.bind_pose.get(joint).copied().flatten().unwrap_or(*joint_at_rest);
-        for point in scene.skin_points.of(joint) {
-            let position = point.position.as_dvec3();
-            let (bound, weight) = (bind.transform_point(position), f64::from(point.weight));
-            let seen = &mut seen.entry((bound / grid).round().as_i64vec3().to_array()).or_default()[part];
-            seen.place += joint_at_rest.transform_point(position) * weight;
-            seen.weight += weight;
-        }
+    for (part, joint, point) in influences(foot) {
+        let bind = scene.bind_pose.get(joint).copied().flatten().unwrap_or(rest[joint]);
+        let position = point.position.as_dvec3();
+        let (bound, weight) = (bind.transform_point(position), f64::from(point.weight));
+        let seen = &mut seen.entry((bound / grid).round().as_i64vec3().to_array()).or_default()[part];
+        seen.place += rest[joint].transform_point(position) * weight;
+        seen.weight += weight;
     }
     seen.values().filter_map(|seen| vertex(foot, seen)).collect()
 }

@@ -5,7 +5,7 @@ use glam::{DQuat, Vec3};
 use super::*;
 use crate::rig::limb_joints::leg_of;
 use crate::{
-    model::{Joint, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Transform},
+    model::{Influence, Joint, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, SkinVertices, Transform},
     retarget::RetargetSpec,
 };
 
@@ -152,6 +152,24 @@ fn a_heel_that_hangs_on_a_joint_of_the_shin_leans_with_it() {
     assert!((back.shin - 0.5).abs() < 1e-6, "half of it: {}", back.shin);
     let place = scene.skeleton.rest_pose().to_model(&scene.skeleton).transforms()[leg.shin].rotation * back.from_shin;
     assert!(place.distance(DVec3::new(0.0, -0.1, -0.12)) < 1e-6, "from the ankle: {place}");
+}
+
+#[test]
+fn feet_that_are_meshes_without_a_skin_have_their_soles() {
+    for has_toes in [true, false] {
+        let shod = with_shoes(body(has_toes), &[]);
+        let mut meshes = SkinVertices::default();
+        for joint in 0..shod.skeleton.len() {
+            for SkinPoint { position, weight } in shod.skin_points.of(joint) {
+                let joint = u32::try_from(joint).expect("few joints");
+                meshes.push(&mut vec![Influence { joint, weight: *weight, position: *position }], false);
+            }
+        }
+        let hung = Scene { skin_points: SkinPoints::default(), skin_vertices: meshes.into(), ..shod.clone() };
+        let ((skinned, leg), (rigid, _)) = (left_foot(&shod), left_foot(&hung));
+        assert!(rigid.is_from_mesh, "the meshes that hang on its joints");
+        assert_eq!(places(&hung, &rigid, &leg), places(&shod, &skinned, &leg), "the same as with a skin");
+    }
 }
 
 #[test]
