@@ -177,7 +177,8 @@ impl PoseFrames {
         let of_scales = arrays.scales.par_chunks_mut((CHUNK_FRAMES * count * 3).max(1));
         let chunks = of_translations.zip(of_rotations).zip(of_scales).enumerate();
         chunks.for_each(|(chunk, ((of_translations, of_rotations), of_scales))| {
-            let frames = chunk * CHUNK_FRAMES..clip.frame_count().min((chunk + 1) * CHUNK_FRAMES);
+            let [first, after] = [chunk, chunk + 1].map(|chunk| clip.frame_count().min(chunk * CHUNK_FRAMES));
+            let frames = first..after;
             translations.fill(of_translations, frames.clone());
             rotations.fill(of_rotations, frames.clone());
             scales.fill(of_scales, frames);
@@ -328,6 +329,24 @@ mod tests {
                     assert!((one.translation - other.translation).length() < 1e-5, "{one:?} {other:?}");
                     assert!(one.rotation.dot(other.rotation).abs() > 1.0 - 1e-6, "{one:?} {other:?}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn room_for_more_frames_or_fewer_stays_as_it_is_or_is_filled() {
+        let scene = samples::walk_scene();
+        let (clip, frames) = (&scene.clips[0], PoseFrames::of(&scene, (Axes::Y_UP_Z_FRONT, 1.0)));
+        let whole = arrays_of(&frames, clip);
+        for room in [3 * CHUNK_FRAMES + 1, CHUNK_FRAMES + 1, 0] {
+            let values = room * frames.joint_count();
+            let mut arrays = [vec![7.0; values * 3], vec![7.0; values * 4], vec![7.0; values * 3]];
+            let [translations, rotations, scales] = &mut arrays;
+            frames.fill(clip, FrameArraysMut { translations, rotations, scales });
+            for (filled, whole) in arrays.iter().zip(&whole) {
+                let both = filled.len().min(whole.len());
+                assert_eq!(filled[..both], whole[..both], "room for {room} frames");
+                assert!(filled[both..].iter().all(|value| *value == 7.0), "beyond the clip");
             }
         }
     }
