@@ -2,10 +2,7 @@
 
 use numpy::{IntoPyArray as _, PyArray2, PyArray3, PyArrayMethods as _, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::{exceptions::PyValueError, prelude::*};
-use retargetd::{
-    engine::{Compiled, FrameArrays, FrameArraysMut, Inputs, Knowledge, Limits, PoseFrames},
-    model::in_pool,
-};
+use retargetd::engine::{Compiled, FrameArrays, FrameArraysMut, Inputs, Knowledge, Limits, PoseFrames};
 
 use crate::{
     errors::raised,
@@ -101,8 +98,9 @@ impl Plan {
         let target = self.compiled.target();
         let values = frames * target.joint_count();
         let (translations, rotations, scales) = work(py, |control| {
-            // Threads of the pool stay, and so does the memory that they had of earlier arrays.
-            in_pool(|| {
+            // In a thread of the pool: each parallel section that is begun elsewhere costs a message and a wait. Those threads stay, too,
+            // and with them the memory that they had of earlier arrays.
+            rayon::scope(|_| {
                 let clip = self.compiled.run(times, &arrays, control)?;
                 let mut made = (vec![0.0; values * 3], vec![0.0; values * 4], vec![0.0; values * 3]);
                 let room = FrameArraysMut { translations: &mut made.0, rotations: &mut made.1, scales: &mut made.2 };

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::{
     formats::{FrameArrays, Limits, PoseFrames},
-    model::{Clip, ClipError, Control, JointTracks, Phase, Reporter, in_pool},
+    model::{Clip, ClipError, Control, JointTracks, Phase, Reporter},
     retarget::Stack,
     rig::{SpecErrorKind, SpecField},
 };
@@ -114,11 +114,9 @@ impl Compiled {
     /// # Errors
     /// When the arrays are no poses of the source, the result does not fit into numbers, or the work is canceled.
     pub fn run(&self, times_seconds: Vec<f64>, arrays: &FrameArrays<'_>, control: &Control) -> Result<Clip, Failure> {
-        in_pool(|| {
-            let clip = self.source.clip("", times_seconds, arrays).map_err(no_poses)?;
-            control.enter(Phase::Retarget, clip.frame_count() as u64);
-            Ok(self.stack.run(&clip, control).map_err(run_failure)?.clip)
-        })
+        let clip = self.source.clip("", times_seconds, arrays).map_err(no_poses)?;
+        control.enter(Phase::Retarget, clip.frame_count() as u64);
+        Ok(self.stack.run(&clip, control).map_err(run_failure)?.clip)
     }
 }
 
