@@ -75,6 +75,31 @@ impl FloorStage {
         heights.get(heights.len() / LOW_SHARE).map_or(0.0, |height| height.clamp(-most, most))
     }
 
+    /// How far a foot is moved up on the whole, frame by frame: in each contact, or piece of one, what it needs where it stands flattest,
+    /// and no less than the pelvis goes; between contacts from the one to the other. `wants` says what it needs where it stands on its whole sole.
+    pub(in crate::retarget) fn lifts_of_contacts(
+        &self,
+        index: usize,
+        shifts: &[f64],
+        work: &Work<'_>,
+        wants: impl Fn(usize) -> Option<f64>,
+    ) -> Vec<f64> {
+        let limb = self.feet[index].limb;
+        let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(limb, frame)).collect();
+        let known = |piece: Piece| {
+            let level = (piece.first..=piece.last).filter_map(&wants).reduce(f64::max)?;
+            Some(Known { level, first: piece.from, last: piece.to })
+        };
+        let contacts = runs(&touches).into_iter();
+        let known: Vec<Known> =
+            contacts.flat_map(|(first, last)| pieces(first, last, work.times)).filter_map(known).collect();
+        if known.is_empty() {
+            return shifts.to_vec();
+        }
+        let lifts = over_time(&known, 0.0, work.times);
+        lifts.into_iter().zip(shifts).map(|(lift, shift)| lift.max(*shift)).collect()
+    }
+
     fn known(&self, index: usize, foot: &FloorFoot, rows: &[Clearance], work: &Work<'_>) -> Vec<Known> {
         let (width, most) = (self.feet.len(), self.most_level());
         let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(foot.limb, frame)).collect();

@@ -60,7 +60,8 @@ impl FloorStage {
         let wanted = |foot: usize, frame: usize| {
             self.wanted(foot, rows[frame * width + foot].source, levels[foot][frame], holds[foot][frame])
         };
-        // Where a foot stands on its whole sole, what it is off by is lifted; only what it is off by beside that is tilt.
+        // Where a foot stands on its whole sole, what it is off by is lifted; only what it is off by beside that is tilt. Else a foot
+        // whose floor is too low or too high in the capture would land flat where the source's lands on its heel.
         let has_flat =
             (0..work.frame_count()).any(|frame| self.feet.iter().any(|foot| is_flat(foot.limb, frame, work)));
         let is_touching = standing.is_some();
@@ -72,9 +73,13 @@ impl FloorStage {
             stands.then(|| clearance.limited(wanted(foot, frame).height - clearance.flat, is_touching))
         };
         let shifts = self.shifts(&rows, work, wants);
+        let lifts = |foot: usize| {
+            self.lifts_of_contacts(foot, &shifts, work, |frame| wants(foot, frame, &rows[frame * width + foot]))
+        };
+        let lifts: Vec<Vec<f64>> = (0..width).map(lifts).collect();
         let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
             let is_off = |foot: usize| {
-                let lowest = rows[frame * width + foot].target + shifts[frame];
+                let lowest = rows[frame * width + foot].target + lifts[foot][frame];
                 let off = if holds[foot][frame] > 0.0 {
                     (wanted(foot, frame).height - lowest).abs()
                 } else {
@@ -89,7 +94,7 @@ impl FloorStage {
             for (index, (foot, turn)) in self.feet.iter().zip(row).enumerate() {
                 let goal = &work.goals[frame * self.limb_count + foot.limb];
                 let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
-                let wanted = wanted(index, frame).shifted(self.ground.target_floor - shifts[frame]);
+                let wanted = wanted(index, frame).shifted(self.ground.target_floor - lifts[index][frame]);
                 let turned = self.needed_turn(foot, &placed, wanted, holds[index][frame]);
                 *turn = turned * self.schedule.alpha_at(frame, work.times[frame]);
             }
