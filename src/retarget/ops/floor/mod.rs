@@ -35,7 +35,7 @@ use self::lift::{Lift, smoothed_lifts};
 pub(in crate::retarget) use self::sole::Sole;
 use super::plant::either;
 use crate::retarget::stages::{
-    contact_points::ContactPoints,
+    contact_points::{ContactPoints, Part},
     posing::{Pose, Posing},
     temporal::runs,
     two_bone::arc,
@@ -145,6 +145,11 @@ impl FloorStage {
             Some(contacts) => contacts.touches(self.feet[foot].limb, frame),
             None => above < CARRIES_METERS * self.source_leg,
         }
+    }
+
+    /// Whether the source's heel is up, of a foot whose heel is known.
+    fn is_on_toes(&self, foot: usize, frame: usize, work: &Work<'_>) -> bool {
+        work.contacts.find(self.feet[foot].limb, Part::End).is_some_and(|heel| !heel.touches[frame])
     }
 
     /// How high soles are above the floors, frame by frame.
@@ -263,7 +268,10 @@ impl Stage for FloorStage {
         let is_touching = standing.is_some();
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {
             let missing = clearance.limited(clearance.missing(wanted(foot, frame, clearance).height), is_touching);
-            self.carries(foot, frame, clearance.source - levels[foot][frame], standing).then_some(missing)
+            // A foot that is shorter than the source's leaves the floor earlier as it rolls over its tip: its leg goes down after it, and
+            // not the whole body.
+            let counts = missing >= 0.0 || !(is_touching && self.is_on_toes(foot, frame, work));
+            (counts && self.carries(foot, frame, clearance.source - levels[foot][frame], standing)).then_some(missing)
         };
         let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
         let lifted = |limb: &usize| {
