@@ -24,7 +24,6 @@ mod knowledge;
 mod labels;
 mod layer;
 mod limited;
-mod load;
 mod morphs;
 mod output_request;
 mod outputs;

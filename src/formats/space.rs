@@ -1,33 +1,25 @@
-//! Bringing a scene and a clip into the axes and unit that an output format wants, and writing them there.
+//! Bringing a scene and a clip into the axes and unit that an output format wants.
 
 use std::sync::Arc;
 
 use glam::{DQuat, Quat, Vec3};
 
-use super::{FormatError, Space, TargetClips, WriteOptions, write, write_posed};
+use super::{FormatError, Space, TargetClips, WriteOptions};
 use crate::model::{
-    Axes, Clip, ClipError, Control, Joint, JointKeys, JointTracks, Payload, Reporter, Scene, Skeleton, SparseKeys,
-    Transform,
+    Axes, Clip, ClipError, Joint, JointKeys, JointTracks, Payload, Scene, Skeleton, SparseKeys, Transform,
 };
 
-/// Encodes as [`write`], or where joints are posed as [`write_posed`], in the axes and unit of the format. `axes` and `unit_meters` are
+/// The scene and the clip in the axes and unit that the format wants; nothing where they are in those. `axes` and `unit_meters` are
 /// those that the target was found to have.
 ///
 /// # Errors
-/// As [`write`].
-pub fn write_in_space(
+/// When the clip is too large for its tracks there.
+pub(super) fn converted(
     target: &Scene,
-    posed: Option<&[usize]>,
     clip: &Clip,
     (axes, unit_meters): (Axes, f64),
     options: &WriteOptions,
-    control: &Control,
-    reporter: &mut Reporter,
-) -> Result<Vec<u8>, FormatError> {
-    let mut encode = |scene: &Scene, clip: &Clip| match posed {
-        Some(posed) => write_posed(scene, posed, clip, options, control, reporter),
-        None => write(scene, clip, options, control, reporter),
-    };
+) -> Result<Option<(Scene, Clip)>, FormatError> {
     let is_ours = target.axes == Some(Axes::Y_UP_Z_FRONT) && target.unit_meters == Some(1.0);
     let wants_ours = match options.format.info().space {
         Space::Canonical => true,
@@ -36,7 +28,7 @@ pub fn write_in_space(
     };
     let conversion = Conversion::into_ours(axes, unit_meters);
     if is_ours || !wants_ours || conversion.is_identity() {
-        return encode(target, clip);
+        return Ok(None);
     }
     let not_a_clip = |error: ClipError| FormatError::malformed("convert", "", error.to_string());
     let mut scene = convert_scene(target, &conversion);
@@ -50,7 +42,7 @@ pub fn write_in_space(
         Some(keys) => clip.with_sparse_keys(keys),
         None => clip,
     };
-    encode(&scene, &clip)
+    Ok(Some((scene, clip)))
 }
 
 /// A rotation of the scene, and a factor on its lengths.
