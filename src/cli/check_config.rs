@@ -1,6 +1,6 @@
 //! The `check-config` subcommand: whether a config can be used, and what it would do to two files.
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{path::PathBuf, sync::Arc};
 
 use crate::{
     engine::{self, NamedBytes, Proposal},
@@ -40,14 +40,7 @@ pub(super) struct Arguments {
     limits: LimitArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match check(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn check(arguments: &Arguments) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let limits = arguments.limits.limits;
     let Some((source, target)) = arguments.source.as_deref().zip(arguments.target.as_deref()) else {
         if arguments.rests.source_rest.is_some() || arguments.rests.target_rest.is_some() {

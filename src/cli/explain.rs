@@ -1,6 +1,6 @@
 //! The `explain` subcommand: why a joint of the result is turned as it is at one frame.
 
-use std::{process::ExitCode, sync::Arc};
+use std::sync::Arc;
 
 use crate::{
     engine::{self, Question},
@@ -30,14 +30,7 @@ pub(super) struct Arguments {
     limits: LimitArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match explain(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn explain(arguments: &Arguments) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let limits = arguments.limits.limits;
     let (files, knowledge) = arguments.inputs.read(&limits)?;
     let control = Arc::new(Control::new());
