@@ -137,7 +137,7 @@ fn rotation_above(clip: &Clip, skeleton: &Skeleton, joint: usize) -> DQuat {
     let mut above = skeleton.parent(joint);
     while let Some(parent) = above {
         let rest = skeleton.joints()[parent].rest.rotation;
-        let local = clip.joints()[parent].rotation.at(0, rest.as_quat()).as_dquat();
+        let local = clip.joints()[parent].rotation.wide_at(0, rest);
         rotation = local * rotation;
         above = skeleton.parent(parent);
     }
