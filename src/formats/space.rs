@@ -67,10 +67,15 @@ impl Conversion {
         Self { rotation: self.rotation.conjugate(), scale: self.scale.recip() }
     }
 
-    /// The rotation and the factor in the precision of tracks.
-    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
-    pub(super) fn of_tracks(&self) -> (Quat, f32) {
-        (self.rotation.as_quat(), self.scale as f32)
+    /// A translation of a track there.
+    pub(super) fn place(&self, value: Vec3, is_root: bool) -> Vec3 {
+        let scaled = value.as_dvec3() * self.scale;
+        (if is_root { self.rotation * scaled } else { scaled }).as_vec3()
+    }
+
+    /// A rotation of a track there, as long as it is here.
+    pub(super) fn turn(&self, value: Quat, is_root: bool) -> Quat {
+        if is_root { (self.rotation * value.as_dquat()).as_quat() } else { value }
     }
 
     fn root(&self, transform: &Transform) -> Transform {
@@ -115,14 +120,11 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
 
 /// The same clip likewise.
 pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
-    let (rotation, scale) = conversion.of_tracks();
     let joints = clip.joints().iter().zip(scene.skeleton.joints()).map(|(tracks, joint)| {
         let is_root = joint.parent.is_none();
-        let place = |value: Vec3| if is_root { rotation * (value * scale) } else { value * scale };
-        let turn = |value: Quat| if is_root { (rotation * value).normalize() } else { value };
         JointTracks {
-            translation: tracks.translation.map(place),
-            rotation: tracks.rotation.map(turn),
+            translation: tracks.translation.map(|value| conversion.place(value, is_root)),
+            rotation: tracks.rotation.map(|value| conversion.turn(value, is_root)),
             scale: tracks.scale.clone(),
         }
     });
@@ -132,12 +134,11 @@ pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -
 
 /// The keys of a clip likewise.
 fn convert_keys(keys: &SparseKeys, scene: &Scene, conversion: &Conversion) -> SparseKeys {
-    let (rotation, scale) = conversion.of_tracks();
     let joints = keys.joints.iter().zip(scene.skeleton.joints()).map(|(keys, joint)| {
         let is_root = joint.parent.is_none();
         JointKeys {
-            translation: keys.translation.map(|value| if is_root { rotation * (value * scale) } else { value * scale }),
-            rotation: keys.rotation.map(|value| if is_root { rotation * value } else { value }),
+            translation: keys.translation.map(|value| conversion.place(value, is_root)),
+            rotation: keys.rotation.map(|value| conversion.turn(value, is_root)),
             scale: keys.scale.clone(),
         }
     });
