@@ -54,8 +54,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let files = InputFiles::read((source, target), &arguments.rests, config, &limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
-    let proposal = engine::propose_with(&files.inputs(&[]), &knowledge, &limits, &control)
-        .map_err(|failure| files.exit(&failure))?;
+    let proposal =
+        engine::propose(&files.inputs(&[]), &knowledge, &limits, &control).map_err(|failure| files.exit(&failure))?;
     print_proposal(&proposal, &format!("config {} fits\n\n", arguments.config.display()))
 }
 

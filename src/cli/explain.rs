@@ -36,7 +36,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
     let question = Question { frame: arguments.frame, joint: &arguments.joint };
-    let explanation = engine::explain_with(&files.inputs(&[]), &question, &knowledge, &limits, &control)
+    let explanation = engine::explain(&files.inputs(&[]), &question, &knowledge, &limits, &control)
         .map_err(|failure| with_flags(files.exit(&failure)))?;
     if speaks_json() {
         return print(&format!("{}\n", to_json(&explanation)?.trim_end()));

@@ -49,5 +49,5 @@ pub(super) fn propose(inputs: &InputPaths, limits: &LimitArguments) -> Result<Pr
     let (files, knowledge) = inputs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
-    engine::propose_with(&files.inputs(&[]), &knowledge, &limits, &control).map_err(|failure| files.exit(&failure))
+    engine::propose(&files.inputs(&[]), &knowledge, &limits, &control).map_err(|failure| files.exit(&failure))
 }

@@ -203,7 +203,7 @@ impl Engine for RetargetEngine {
             Question::Inspect => document(engine::inspect_with(files.source()?, knowledge, limits, control)?),
             Question::Explain { frame, joint } => {
                 let question = engine::Question { frame: *frame, joint };
-                document(engine::explain_with(&asked.pair()?, &question, knowledge, limits, control)?)
+                document(engine::explain(&asked.pair()?, &question, knowledge, limits, control)?)
             }
             Question::Preview(options) => {
                 Ok(Answer::Picture(engine::preview(files.source()?, options, limits, control)?.bytes))
@@ -216,7 +216,7 @@ impl Engine for RetargetEngine {
                 let config = files.config.ok_or_else(|| missing("config"))?;
                 engine::check_config(config).map(Answer::Document)
             }
-            _ => document(engine::propose_with(&asked.pair()?, knowledge, limits, control)?),
+            _ => document(engine::propose(&asked.pair()?, knowledge, limits, control)?),
         }
     }
 }
