@@ -136,7 +136,7 @@ impl PosedCharacter {
             let moves = joint.rest.translation.distance(posed.translation) > f64::from(f32::EPSILON);
             if turns {
                 joint.rest.rotation = posed.rotation;
-                tracks[index].rotation = Track::<Quat>::Constant(posed.rotation.normalize().as_quat());
+                tracks[index].rotation = Track::<Quat>::Constant(posed.rotation.as_quat().normalize());
             }
             if moves {
                 joint.rest.translation = posed.translation;

@@ -212,10 +212,11 @@ impl Clip {
     /// When the frame is past the end.
     #[must_use]
     pub fn local_pose(&self, skeleton: &Skeleton, frame: usize) -> LocalPose {
+        // A value at rest is narrowed as its track would be: what is found in a pose does not depend on whether a file writes that track.
         let local = |(tracks, joint): (&JointTracks, &super::Joint)| Transform {
-            translation: tracks.translation.wide_at(frame, joint.rest.translation),
-            rotation: tracks.rotation.wide_at(frame, joint.rest.rotation).normalize(),
-            scale: tracks.scale.wide_at(frame, joint.rest.scale),
+            translation: tracks.translation.at(frame, joint.rest.translation.as_vec3()).as_dvec3(),
+            rotation: tracks.rotation.at(frame, joint.rest.rotation.as_quat()).as_dquat().normalize(),
+            scale: tracks.scale.at(frame, joint.rest.scale.as_vec3()).as_dvec3(),
         };
         LocalPose::new(self.joints.iter().zip(skeleton.joints()).map(local).collect())
     }

@@ -383,7 +383,7 @@ fn vectors(values: impl Iterator<Item = DVec3>) -> Track<Vec3> {
 fn rotations(frames: &[Transform]) -> Track<Quat> {
     let mut values: Vec<Quat> = Vec::with_capacity(frames.len());
     for frame in frames {
-        let rotation = frame.rotation.normalize().as_quat();
+        let rotation = frame.rotation.as_quat().normalize();
         values.push(super::rotation::next_to(rotation, values.last().copied()));
     }
     Track::Sampled(values).compacted()

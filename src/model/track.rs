@@ -69,7 +69,7 @@ impl<T: Copy> Track<T> {
 }
 
 impl Track<Vec3> {
-    /// The value at a frame, to count with. A rest transform has all its digits: it is never narrowed to those of a track.
+    /// The value at a frame, to count with. A rest transform has all its digits, and keeps them.
     ///
     /// # Panics
     /// When the frame is past the end of a sampled track.
