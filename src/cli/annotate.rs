@@ -3,7 +3,6 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::ExitCode,
     sync::Arc,
 };
 
@@ -74,14 +73,7 @@ impl RigWord {
     }
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match annotate(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn annotate(arguments: &Arguments) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let limits = arguments.limits.limits;
     let picture = InputFile::read("picture", &arguments.picture, &limits)?;
     let mask = arguments.mask.as_deref().map(|mask| InputFile::read("mask", mask, &limits)).transpose()?;

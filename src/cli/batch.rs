@@ -1,6 +1,6 @@
 //! Many clips onto one character, without a server: `retarget --batch`. Every clip has results of its own, called after it.
 
-use std::{path::Path, process::ExitCode, sync::Arc};
+use std::{path::Path, sync::Arc};
 
 use super::{
     clips::{self, Clip},
@@ -11,16 +11,8 @@ use super::{
 };
 use crate::model::Control;
 
-/// Retargets every clip of a folder or a list.
-pub(super) fn run(arguments: &Arguments, place: &Path) -> ExitCode {
-    match retarget_all(arguments, place) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-/// A clip that fails is told, and the others go on.
-fn retarget_all(arguments: &Arguments, place: &Path) -> Result<(), Exit> {
+/// Retargets every clip of a folder or a list. A clip that fails is told, and the others go on.
+pub(super) fn run(arguments: &Arguments, place: &Path) -> Result<(), Exit> {
     clips::check_names(arguments.outputs.files())?;
     let clips = clips::clips(place)?;
     let control = Arc::new(Control::new());

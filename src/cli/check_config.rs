@@ -1,6 +1,6 @@
 //! The `check-config` subcommand: whether a config can be used, and what it would do to two files.
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{path::PathBuf, sync::Arc};
 
 use crate::{
     engine::{self, NamedBytes, Proposal},
@@ -40,14 +40,7 @@ pub(super) struct Arguments {
     limits: LimitArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match check(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn check(arguments: &Arguments) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let limits = arguments.limits.limits;
     let Some((source, target)) = arguments.source.as_deref().zip(arguments.target.as_deref()) else {
         if arguments.rests.source_rest.is_some() || arguments.rests.target_rest.is_some() {
@@ -61,8 +54,8 @@ fn check(arguments: &Arguments) -> Result<(), Exit> {
     let files = InputFiles::read((source, target), &arguments.rests, config, &limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
-    let proposal = engine::propose_with(&files.inputs(&[]), &knowledge, &limits, &control)
-        .map_err(|failure| files.exit(&failure))?;
+    let proposal =
+        engine::propose(&files.inputs(&[]), &knowledge, &limits, &control).map_err(|failure| files.exit(&failure))?;
     print_proposal(&proposal, &format!("config {} fits\n\n", arguments.config.display()))
 }
 

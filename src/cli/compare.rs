@@ -1,6 +1,6 @@
 //! The `compare` subcommand: two files at the same time of their clips, at one scale or equally tall.
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{path::PathBuf, sync::Arc};
 
 use crate::{
     engine::{self, Layout, PreviewOptions},
@@ -40,15 +40,8 @@ pub(super) struct Arguments {
     limits: LimitArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     use_small_pages();
-    match compare(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn compare(arguments: &Arguments) -> Result<(), Exit> {
     let limits = arguments.limits.limits;
     check_place(&arguments.output)?;
     let inputs = [arguments.first.as_path(), arguments.second.as_path()];

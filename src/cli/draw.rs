@@ -2,7 +2,6 @@
 
 use std::{
     path::{Path, PathBuf},
-    process::ExitCode,
     sync::Arc,
 };
 
@@ -75,13 +74,6 @@ enum Compat {
     AnimatedDrawings,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match draw(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
 /// The files of the command line, read.
 struct Given {
     config: Option<InputFile>,
@@ -94,7 +86,7 @@ struct Given {
     archive: Option<DrawingFiles>,
 }
 
-fn draw(arguments: &Arguments) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let limits = arguments.limits.limits;
     let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);

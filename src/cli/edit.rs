@@ -1,6 +1,6 @@
 //! The `edit` subcommand: one clip of one file, edited, back onto the file's own skeleton.
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{path::PathBuf, sync::Arc};
 
 use crate::{
     engine::{self, EditInputs},
@@ -34,14 +34,7 @@ pub(super) struct Arguments {
     limits: LimitArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match edit(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn edit(arguments: &Arguments) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let paths = [Some(&arguments.input), arguments.rest.as_ref(), Some(&arguments.config)];
     let formats = arguments.outputs.check(paths.into_iter().flatten().map(PathBuf::as_path))?;
     let limits = arguments.limits.limits;

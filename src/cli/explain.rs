@@ -1,6 +1,6 @@
 //! The `explain` subcommand: why a joint of the result is turned as it is at one frame.
 
-use std::{process::ExitCode, sync::Arc};
+use std::sync::Arc;
 
 use crate::{
     engine::{self, Question},
@@ -30,20 +30,13 @@ pub(super) struct Arguments {
     limits: LimitArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match explain(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn explain(arguments: &Arguments) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let limits = arguments.limits.limits;
     let (files, knowledge) = arguments.inputs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
     let question = Question { frame: arguments.frame, joint: &arguments.joint };
-    let explanation = engine::explain_with(&files.inputs(&[]), &question, &knowledge, &limits, &control)
+    let explanation = engine::explain(&files.inputs(&[]), &question, &knowledge, &limits, &control)
         .map_err(|failure| with_flags(files.exit(&failure)))?;
     if speaks_json() {
         return print(&format!("{}\n", to_json(&explanation)?.trim_end()));

@@ -1,8 +1,8 @@
 //! The `health` subcommand: for containers that have no shell to ask with.
 
-use std::{process::ExitCode, time::Duration};
+use std::time::Duration;
 
-use super::exit::{self, Exit, report};
+use super::exit::{Exit, FAILED, report};
 
 /// Arguments of `retargetd health`.
 #[derive(Debug, clap::Args)]
@@ -12,14 +12,10 @@ pub(super) struct Arguments {
     url: String,
 }
 
-pub(super) fn run(arguments: Arguments) -> ExitCode {
-    let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
-        Ok(runtime) => runtime,
-        Err(error) => return exit::refuse(exit::FAILED, &error),
-    };
-    match runtime.block_on(ask(arguments.url.trim_end_matches('/'))) {
-        Ok(()) => report(|| serde_json::json!({"ready": true})).map_or_else(|exit| exit.tell(), |()| ExitCode::SUCCESS),
-        Err(reason) => Exit::new(exit::FAILED, reason, "is it running? --url or RETARGETD_URL says where it is").tell(),
+pub(super) fn run(arguments: Arguments) -> Result<(), Exit> {
+    match super::runtime()?.block_on(ask(arguments.url.trim_end_matches('/'))) {
+        Ok(()) => report(|| serde_json::json!({"ready": true})),
+        Err(reason) => Err(Exit::new(FAILED, reason, "is it running? --url or RETARGETD_URL says where it is")),
     }
 }
 

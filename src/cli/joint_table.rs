@@ -1,6 +1,6 @@
 //! The `joint-table` subcommand: a table of joint pairs to start from, for a spreadsheet.
 
-use std::{path::PathBuf, process::ExitCode};
+use std::path::PathBuf;
 
 use serde_json::json;
 
@@ -27,14 +27,7 @@ pub(super) struct Arguments {
     limits: LimitArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match joint_table(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn joint_table(arguments: &Arguments) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     if let Some(path) = &arguments.output {
         check_place(path)?;
     }

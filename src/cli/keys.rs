@@ -1,6 +1,6 @@
 //! The `keys` subcommand: who may come in, by the database itself, so that the first key can be made before anybody has one.
 
-use std::{path::PathBuf, process::ExitCode, time::Duration};
+use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
@@ -98,15 +98,8 @@ impl Place {
     }
 }
 
-pub(super) fn run(arguments: Arguments) -> ExitCode {
-    let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
-        Ok(runtime) => runtime,
-        Err(error) => return super::exit::refuse(FAILED, &error),
-    };
-    match runtime.block_on(act(arguments.action)) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
+pub(super) fn run(arguments: Arguments) -> Result<(), Exit> {
+    super::runtime()?.block_on(act(arguments.action))
 }
 
 async fn act(action: Action) -> Result<(), Exit> {

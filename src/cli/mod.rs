@@ -146,9 +146,9 @@ fn run_words(command_line: Vec<OsString>) -> ExitCode {
 }
 
 fn dispatch(command: Command) -> ExitCode {
-    match command {
-        Command::Serve(arguments) => serve::run(&arguments),
-        Command::Worker(arguments) => worker::run(&arguments),
+    let done = match command {
+        Command::Serve(arguments) => return serve::run(&arguments),
+        Command::Worker(arguments) => return worker::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Retarget(arguments) => match &arguments.batch {
             Some(place) => batch::run(&arguments, place),
@@ -165,13 +165,20 @@ fn dispatch(command: Command) -> ExitCode {
         Command::JointTable(arguments) => joint_table::run(&arguments),
         Command::CheckConfig(arguments) => check_config::run(&arguments),
         Command::Pose(arguments) => pose::run(&arguments),
-        Command::Demo(arguments) => demo::run(arguments),
+        Command::Demo(arguments) => return demo::run(arguments),
         Command::Samples(arguments) => samples::run(&arguments),
-        Command::Openapi(arguments) => openapi::run(&arguments),
+        Command::Openapi(arguments) => return openapi::run(&arguments),
         Command::Keys(arguments) => keys::run(arguments),
         Command::Health(arguments) => health::run(arguments),
         Command::Completions(arguments) => pages::complete(&arguments, Arguments::command()),
         Command::Man(arguments) => pages::man(&arguments, Arguments::command()),
-        Command::EngineProcess(arguments) => engine_process::run(&arguments),
-    }
+        Command::EngineProcess(arguments) => return engine_process::run(&arguments),
+    };
+    done.map_or_else(|exit| exit.tell(), |()| ExitCode::SUCCESS)
+}
+
+/// What runs the work of a subcommand that waits for others.
+fn runtime() -> Result<tokio::runtime::Runtime, exit::Exit> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    runtime.map_err(|error| exit::Exit::new(exit::FAILED, error.to_string(), ""))
 }

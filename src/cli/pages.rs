@@ -1,6 +1,6 @@
 //! The `completions` and `man` subcommands: what shells and `man` know of the command line, made from its definition.
 
-use std::{io::Write, path::PathBuf, process::ExitCode};
+use std::{io::Write, path::PathBuf};
 
 use clap::Command;
 use clap_complete::{Shell, generate};
@@ -28,23 +28,18 @@ pub(super) struct ManArguments {
     output: Option<PathBuf>,
 }
 
-pub(super) fn complete(arguments: &CompletionArguments, mut command: Command) -> ExitCode {
+pub(super) fn complete(arguments: &CompletionArguments, mut command: Command) -> Result<(), Exit> {
     let mut script = Vec::new();
     generate(arguments.shell, &mut command, "retargetd", &mut script);
     let script = String::from_utf8_lossy(&script).into_owned();
-    let told = if speaks_json() {
+    if speaks_json() {
         report(|| json!({"shell": arguments.shell.to_string(), "script": script}))
     } else {
         print(&script)
-    };
-    told.map_or_else(|exit| exit.tell(), |()| ExitCode::SUCCESS)
+    }
 }
 
-pub(super) fn man(arguments: &ManArguments, command: Command) -> ExitCode {
-    write_pages(arguments, command).map_or_else(|exit| exit.tell(), |()| ExitCode::SUCCESS)
-}
-
-fn write_pages(arguments: &ManArguments, command: Command) -> Result<(), Exit> {
+pub(super) fn man(arguments: &ManArguments, command: Command) -> Result<(), Exit> {
     let failed = |error: std::io::Error| Exit::new(FAILED, format!("the pages cannot be written: {error}"), "");
     let Some(folder) = &arguments.output else {
         let mut page = Vec::new();

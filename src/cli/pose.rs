@@ -2,7 +2,6 @@
 
 use std::{
     path::{Path, PathBuf},
-    process::ExitCode,
     sync::Arc,
 };
 
@@ -49,14 +48,7 @@ pub(super) struct Arguments {
     limits: LimitArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match pose(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn pose(arguments: &Arguments) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let format = output_format(&arguments.output)?;
     check_place(&arguments.output)?;
     let inputs = [Some(&arguments.input), arguments.rest.as_ref(), arguments.config.as_ref()];

@@ -1,6 +1,6 @@
 //! The `preview` subcommand: what a file looks like.
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{path::PathBuf, sync::Arc};
 
 use crate::{
     engine::{self, Layout, PreviewOptions},
@@ -37,15 +37,8 @@ pub(super) struct Arguments {
     limits: LimitArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     use_small_pages();
-    match preview(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn preview(arguments: &Arguments) -> Result<(), Exit> {
     let limits = arguments.limits.limits;
     check_place(&arguments.output)?;
     arguments.overwriting.check([arguments.file.as_path()], [arguments.output.as_path()])?;

@@ -2,7 +2,6 @@
 
 use std::{
     path::{Path, PathBuf},
-    process::ExitCode,
     sync::Arc,
 };
 
@@ -37,19 +36,9 @@ pub(super) struct Arguments {
 }
 
 /// One clip; of many, `batch::run` sees to it.
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    let done = match &arguments.source {
-        Some(source) => retarget(arguments, source),
-        // The parser asks for it where there is no batch.
-        None => Ok(()),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn retarget(arguments: &Arguments, source: &Path) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
+    // The parser asks for it where there is no batch.
+    let Some(source) = &arguments.source else { return Ok(()) };
     let formats = arguments.outputs.check(arguments.onto.paths_with(source))?;
     let limits = arguments.limits.limits;
     let (files, knowledge) = arguments.onto.read(source, &limits)?;

@@ -1,9 +1,6 @@
 //! The `samples` subcommand: a clip, a character and a drawing to try things with, made by code.
 
-use std::{
-    path::{Path, PathBuf},
-    process::ExitCode,
-};
+use std::path::PathBuf;
 
 use serde_json::json;
 
@@ -23,14 +20,8 @@ pub(super) struct Arguments {
     output: PathBuf,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match write(&arguments.output) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn write(folder: &Path) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
+    let folder = &arguments.output;
     std::fs::create_dir_all(folder).map_err(|error| {
         Exit::new(FAILED, format!("output {}: the folder cannot be made: {error}", folder.display()), "")
     })?;

@@ -1,6 +1,6 @@
 //! The `suggest` subcommand: the config that a retarget of two files would find out, to be looked at, edited and used again.
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{path::PathBuf, sync::Arc};
 
 use crate::{
     engine::{self, Proposal},
@@ -28,14 +28,7 @@ pub(super) struct Arguments {
     limits: LimitArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match suggest(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
-}
-
-fn suggest(arguments: &Arguments) -> Result<(), Exit> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     if let Some(path) = &arguments.output {
         check_place(path)?;
     }
@@ -56,5 +49,5 @@ pub(super) fn propose(inputs: &InputPaths, limits: &LimitArguments) -> Result<Pr
     let (files, knowledge) = inputs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
-    engine::propose_with(&files.inputs(&[]), &knowledge, &limits, &control).map_err(|failure| files.exit(&failure))
+    engine::propose(&files.inputs(&[]), &knowledge, &limits, &control).map_err(|failure| files.exit(&failure))
 }

@@ -60,7 +60,7 @@ impl Gaze {
         let joint = rig.scene.gaze_joint?;
         let rest = rig.skeleton().joints()[joint].rest.rotation;
         let look = |frame: usize| {
-            let turn = clip.joints()[joint].rotation.at(frame, rest.as_quat()).as_dquat();
+            let turn = clip.joints()[joint].rotation.wide_at(frame, rest);
             [Look::along(turn * rest.conjugate() * DVec3::Z); 2]
         };
         Self { frames: (0..clip.frame_count()).map(look).collect() }.if_it_moves()
@@ -174,7 +174,7 @@ impl InHead {
     }
 
     fn look(&self, track: &Track<Quat>, frame: usize) -> Look {
-        let local = track.at(frame, self.local_rest.as_quat()).as_dquat();
+        let local = track.wide_at(frame, self.local_rest);
         // With P and E at rest, a local rotation L turns what looks ahead by P · L · E⁻¹.
         let ahead = (self.canonical_from_parent * local * self.canonical_from_eye.conjugate()) * DVec3::Z;
         Look::along(ahead)

@@ -106,23 +106,22 @@ pub fn layered(
             if !merge(own.is_animated()) {
                 return base.clone();
             }
-            let rest = rest.as_vec3();
             let reference = layer.vector_reference(own, rest);
             let value = |frame: usize| {
-                let (under, over) = (base.at(frame, rest).as_dvec3(), motion.at(frame, rest).as_dvec3());
+                let (under, over) = (base.wide_at(frame, rest), motion.wide_at(frame, rest));
                 match layer.mode {
                     LayerMode::Replace => under.lerp(over, weight),
                     LayerMode::Add => under + (over - reference) * weight,
                 }
             };
-            seams.vectors(|frame| base.at(frame, rest).as_dvec3(), value)
+            seams.vectors(|frame| base.wide_at(frame, rest), value)
         };
         let rotation = if merge(own.rotation.is_animated()) {
-            let rest = rest.rotation.as_quat();
+            let rest = rest.rotation;
             let from_reference = layer.rotation_reference(&own.rotation, rest).conjugate();
             let value = |frame: usize| {
-                let under = base.rotation.at(frame, rest).as_dquat();
-                let over = motion.rotation.at(frame, rest).as_dquat();
+                let under = base.rotation.wide_at(frame, rest);
+                let over = motion.rotation.wide_at(frame, rest);
                 match layer.mode {
                     LayerMode::Replace => under.slerp(near(over, under), weight),
                     LayerMode::Add => {
@@ -131,7 +130,7 @@ pub fn layered(
                 }
                 .normalize()
             };
-            seams.rotations(|frame| base.rotation.at(frame, rest).as_dquat(), value)
+            seams.rotations(|frame| base.rotation.wide_at(frame, rest), value)
         } else {
             base.rotation.clone()
         };
@@ -168,10 +167,10 @@ pub fn taken_out(
     let joints = motion.joints().iter().zip(skeleton.joints()).map(|(tracks, joint)| {
         let rest = joint.rest;
         let vector = |track: &Track<Vec3>, rest: DVec3| {
-            let reference = layer.vector_reference(track, rest.as_vec3());
+            let reference = layer.vector_reference(track, rest);
             track.map(|value| (rest + value.as_dvec3() - reference).as_vec3())
         };
-        let from_reference = layer.rotation_reference(&tracks.rotation, rest.rotation.as_quat()).conjugate();
+        let from_reference = layer.rotation_reference(&tracks.rotation, rest.rotation).conjugate();
         let turn = |value: Quat| (rest.rotation * from_reference * value.as_dquat()).normalize().as_quat();
         JointTracks {
             translation: vector(&tracks.translation, rest.translation),
@@ -244,10 +243,10 @@ impl Layer {
         }
     }
 
-    fn vector_reference(&self, track: &Track<Vec3>, rest: Vec3) -> DVec3 {
+    fn vector_reference(&self, track: &Track<Vec3>, rest: DVec3) -> DVec3 {
         match (self.reference, track) {
-            (LayerReference::Rest, _) | (_, Track::Rest) => rest.as_dvec3(),
-            (LayerReference::FirstFrame, track) => track.at(0, rest).as_dvec3(),
+            (LayerReference::Rest, _) | (_, Track::Rest) => rest,
+            (LayerReference::FirstFrame, track) => track.wide_at(0, rest),
             (LayerReference::Mean, Track::Constant(value)) => value.as_dvec3(),
             (LayerReference::Mean, Track::Sampled(values)) => {
                 values.iter().map(|value| value.as_dvec3()).sum::<DVec3>() / values.len().max(1) as f64
@@ -255,10 +254,10 @@ impl Layer {
         }
     }
 
-    fn rotation_reference(&self, track: &Track<Quat>, rest: Quat) -> DQuat {
+    fn rotation_reference(&self, track: &Track<Quat>, rest: DQuat) -> DQuat {
         let reference = match (self.reference, track) {
-            (LayerReference::Rest, _) | (_, Track::Rest) => rest.as_dquat(),
-            (LayerReference::FirstFrame, track) => track.at(0, rest).as_dquat(),
+            (LayerReference::Rest, _) | (_, Track::Rest) => rest,
+            (LayerReference::FirstFrame, track) => track.wide_at(0, rest),
             (LayerReference::Mean, Track::Constant(value)) => value.as_dquat(),
             (LayerReference::Mean, Track::Sampled(values)) => {
                 let first = values.first().map_or(DQuat::IDENTITY, |first| first.as_dquat());

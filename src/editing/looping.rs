@@ -100,7 +100,8 @@ pub(super) fn make_loop(clip: &Clip, skeleton: &Skeleton, up: DVec3, rule: &Loop
                 passes.map_or(value, |passes| passes[pass].turn * value).normalize().as_quat()
             }),
             scale: repeat(&tracks.scale, times, |values, frame, _| {
-                values[frame] + (values[0] - values[frames - 1]) * weights[frame] as f32
+                let missing = values[0].as_dvec3() - values[frames - 1].as_dvec3();
+                (values[frame].as_dvec3() + missing * weights[frame]).as_vec3()
             }),
         }
     });
@@ -111,7 +112,8 @@ pub(super) fn make_loop(clip: &Clip, skeleton: &Skeleton, up: DVec3, rule: &Loop
     let morphs = clip.morphs().iter().map(|track| MorphTrack {
         morph: track.morph,
         weights: repeat(&track.weights, times, |values, frame, _| {
-            values[frame] + (values[0] - values[frames - 1]) * weights[frame] as f32
+            let missing = f64::from(values[0]) - f64::from(values[frames - 1]);
+            (f64::from(values[frame]) + missing * weights[frame]) as f32
         }),
     });
     let contacts = clip.contacts().iter().map(|track| JointContacts {
@@ -137,7 +139,7 @@ fn rotation_above(clip: &Clip, skeleton: &Skeleton, joint: usize) -> DQuat {
     let mut above = skeleton.parent(joint);
     while let Some(parent) = above {
         let rest = skeleton.joints()[parent].rest.rotation;
-        let local = clip.joints()[parent].rotation.at(0, rest.as_quat()).as_dquat();
+        let local = clip.joints()[parent].rotation.wide_at(0, rest);
         rotation = local * rotation;
         above = skeleton.parent(parent);
     }

@@ -173,10 +173,10 @@ fn apart(one: &Rig<'_>, other: &Rig<'_>) -> DVec3 {
 /// The translations of the topmost joint of a figure that is moved as a whole; what it hangs from does not move.
 fn moved_aside(track: &Track<Vec3>, rig: &Rig<'_>, top: usize, shift: DVec3) -> Track<Vec3> {
     let above = rig.skeleton().parent(top).map_or(Transform::IDENTITY, |parent| rig.rest.transforms()[parent]);
-    let shift = (above.rotation.conjugate() * shift / above.scale).as_vec3();
+    let shift = above.rotation.conjugate() * shift / above.scale;
     match track {
-        Track::Rest => Track::Constant(rig.skeleton().joints()[top].rest.translation.as_vec3() + shift),
-        moving => moving.map(|place| place + shift),
+        Track::Rest => Track::Constant((rig.skeleton().joints()[top].rest.translation + shift).as_vec3()),
+        moving => moving.map(|place| (place.as_dvec3() + shift).as_vec3()),
     }
 }
 

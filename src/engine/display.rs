@@ -18,7 +18,7 @@ use crate::{
 use super::{
     Failure, FailureCode, NamedBytes,
     drawn_bones::drawn_bones,
-    load::load,
+    files::load,
     preview::{chosen, rig_of},
 };
 

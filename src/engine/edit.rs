@@ -19,9 +19,8 @@ use crate::{
 use super::{
     Counts, EditInputs, Failure, FailureCode, Outcome, Report, RigFacts, Rigs, Timings, WarningView,
     facts::joint_count,
-    files::{chosen_clip, in_config, in_config_or},
+    files::{chosen_clip, in_config, in_config_or, load},
     layer::{laid_over, morph_rests},
-    load::load,
     output_request::output_requests,
     outputs::{WrittenOutputs, write_outputs},
     pictures::Sights,

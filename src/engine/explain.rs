@@ -124,24 +124,11 @@ pub struct JointState {
     pub local_translation: [f64; 3],
 }
 
-/// Explains one joint at one frame of what a retarget of these inputs gives.
+/// Explains one joint at one frame of what a retarget of these inputs gives, with what is known of rigs beside what the program comes with.
 ///
 /// # Errors
 /// As a retarget; and when the frame or the joint does not exist.
 pub fn explain(
-    inputs: &Inputs<'_>,
-    question: &Question<'_>,
-    limits: &Limits,
-    control: &Control,
-) -> Result<Explanation, Failure> {
-    explain_with(inputs, question, &Knowledge::default(), limits, control)
-}
-
-/// The same, with what is known of rigs beside what the program comes with.
-///
-/// # Errors
-/// As [`explain`].
-pub fn explain_with(
     inputs: &Inputs<'_>,
     question: &Question<'_>,
     knowledge: &Knowledge,

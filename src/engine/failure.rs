@@ -44,104 +44,49 @@ pub struct FieldError {
     pub did_you_mean: Vec<String>,
 }
 
-/// The reasons, each with one code on the wire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum FailureCode {
-    /// The bytes are of no format that we read.
-    UnsupportedFormat,
-    /// The file needs a feature that we do not have.
-    UnsupportedFeature,
-    /// The file breaks the rules of its format.
-    AssetMalformed,
-    /// The file asks for more than a limit allows.
-    AssetLimitExceeded,
-    /// The config is no JSON or YAML.
-    MalformedConfig,
-    /// The config has a field that does not exist.
-    UnknownField,
-    /// A value of the config is of the wrong type or out of range.
-    InvalidValue,
-    /// The config names a joint that the skeleton does not have.
-    UnknownJoint,
-    /// The config names a clip, chain or role that does not exist.
-    UnknownName,
-    /// A chain's end is not below its start.
-    ChainNotConnected,
-    /// A file has no joints to work on.
-    SkeletonNotFound,
-    /// A picture shows no figure, or none of the kind that is asked for.
-    FigureNotFound,
-    /// The source has no animation.
-    NoAnimation,
-    /// Source and target have nothing in common that could be mapped.
-    NothingToMap,
-    /// `strict` was asked for and there were warnings.
-    StrictWarnings,
-    /// `strict` was asked for and a measure fails.
-    StrictMeasures,
-    /// The caller no longer wants it.
-    Canceled,
-    /// The process that the engine worked in died. The engine itself never says so.
-    EngineCrashed,
-    /// A bug of ours.
-    Internal,
-}
-
-impl FailureCode {
-    /// All of them.
-    pub const ALL: [Self; 19] = [
-        Self::UnsupportedFormat,
-        Self::UnsupportedFeature,
-        Self::AssetMalformed,
-        Self::AssetLimitExceeded,
-        Self::MalformedConfig,
-        Self::UnknownField,
-        Self::InvalidValue,
-        Self::UnknownJoint,
-        Self::UnknownName,
-        Self::ChainNotConnected,
-        Self::SkeletonNotFound,
-        Self::FigureNotFound,
-        Self::NoAnimation,
-        Self::NothingToMap,
-        Self::StrictWarnings,
-        Self::StrictMeasures,
-        Self::Canceled,
-        Self::EngineCrashed,
-        Self::Internal,
-    ];
-
-    /// The code on the wire.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::UnsupportedFormat => "unsupported_format",
-            Self::UnsupportedFeature => "unsupported_feature",
-            Self::AssetMalformed => "asset_malformed",
-            Self::AssetLimitExceeded => "asset_limit_exceeded",
-            Self::MalformedConfig => "malformed_config",
-            Self::UnknownField => "unknown_field",
-            Self::InvalidValue => "invalid_value",
-            Self::UnknownJoint => "unknown_joint",
-            Self::UnknownName => "unknown_name",
-            Self::ChainNotConnected => "chain_not_connected",
-            Self::SkeletonNotFound => "skeleton_not_found",
-            Self::FigureNotFound => "figure_not_found",
-            Self::NoAnimation => "no_animation",
-            Self::NothingToMap => "nothing_to_map",
-            Self::StrictWarnings => "strict_warnings",
-            Self::StrictMeasures => "strict_measures",
-            Self::Canceled => "canceled",
-            Self::EngineCrashed => "engine_crashed",
-            Self::Internal => "internal",
-        }
-    }
-
-    /// The code of that wire name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|code| code.name() == name)
+named! {
+    /// The reasons, each with one code on the wire.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    #[non_exhaustive]
+    pub enum FailureCode {
+        /// The bytes are of no format that we read.
+        UnsupportedFormat = "unsupported_format",
+        /// The file needs a feature that we do not have.
+        UnsupportedFeature = "unsupported_feature",
+        /// The file breaks the rules of its format.
+        AssetMalformed = "asset_malformed",
+        /// The file asks for more than a limit allows.
+        AssetLimitExceeded = "asset_limit_exceeded",
+        /// The config is no JSON or YAML.
+        MalformedConfig = "malformed_config",
+        /// The config has a field that does not exist.
+        UnknownField = "unknown_field",
+        /// A value of the config is of the wrong type or out of range.
+        InvalidValue = "invalid_value",
+        /// The config names a joint that the skeleton does not have.
+        UnknownJoint = "unknown_joint",
+        /// The config names a clip, chain or role that does not exist.
+        UnknownName = "unknown_name",
+        /// A chain's end is not below its start.
+        ChainNotConnected = "chain_not_connected",
+        /// A file has no joints to work on.
+        SkeletonNotFound = "skeleton_not_found",
+        /// A picture shows no figure, or none of the kind that is asked for.
+        FigureNotFound = "figure_not_found",
+        /// The source has no animation.
+        NoAnimation = "no_animation",
+        /// Source and target have nothing in common that could be mapped.
+        NothingToMap = "nothing_to_map",
+        /// `strict` was asked for and there were warnings.
+        StrictWarnings = "strict_warnings",
+        /// `strict` was asked for and a measure fails.
+        StrictMeasures = "strict_measures",
+        /// The caller no longer wants it.
+        Canceled = "canceled",
+        /// The process that the engine worked in died. The engine itself never says so.
+        EngineCrashed = "engine_crashed",
+        /// A bug of ours.
+        Internal = "internal",
     }
 }
 

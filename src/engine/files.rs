@@ -1,17 +1,35 @@
 //! What every use of a source and a target begins with: reading the config and the files, and making rigs of them.
 
 use crate::{
-    formats::Limits,
+    formats::{self, Format, Limits},
     model::{Clip, Control, Payload, Reporter, Scene},
     retarget::{RetargetSpec, parse_spec},
     rig::{ClipChoice, Rig, SpecError, SpecErrorKind, SpecField, find_clip},
 };
 
-use super::{
-    Failure, Inputs, Knowledge, NamedBytes,
-    load::{LoadedFile, load},
-    swapped_inputs,
-};
+use super::{Failure, Inputs, Knowledge, NamedBytes, swapped_inputs};
+
+/// A file that has been read.
+pub(super) struct LoadedFile {
+    pub(super) scene: Scene,
+    pub(super) format: Format,
+}
+
+/// Reads one input; its warnings carry the part's name. Out of an archive comes the model that it holds.
+pub(super) fn load(
+    file: NamedBytes<'_>,
+    part: &'static str,
+    limits: &Limits,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<LoadedFile, Failure> {
+    let mut own = Reporter::new();
+    let refused = |error| swapped_inputs::explain_model(Failure::from(error).in_part(part), file);
+    let (format, bytes) = formats::open(file.bytes, file.name, limits, control).map_err(refused)?;
+    let scene = formats::read(&bytes, format, limits, control, &mut own).map_err(refused)?;
+    reporter.absorb(part, own);
+    Ok(LoadedFile { scene, format })
+}
 
 /// The files of a retarget, read.
 pub(super) struct Files {

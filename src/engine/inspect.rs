@@ -9,9 +9,9 @@ use crate::{
     engine::{
         Failure, Knowledge, NamedBytes, WarningView,
         facts::joint_count,
+        files::load,
         flat::{DrawingFacts, LookedAt, look_at},
         labels::{ByRole, Labels, OneOrMore},
-        load::load,
     },
     formats::{Format, Limits},
     model::{Clip, Control, JointTracks, Reporter, Scene, SignedAxis},

@@ -24,7 +24,6 @@ mod knowledge;
 mod labels;
 mod layer;
 mod limited;
-mod load;
 mod morphs;
 mod output_request;
 mod outputs;
@@ -63,7 +62,7 @@ pub use draw::{
     read_draw_spec,
 };
 pub use edit::edited_clip;
-pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
+pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain};
 pub use face_fit::FaceFitView;
 pub use facts::RigFacts;
 pub use failure::{Failure, FailureCode, FieldError};
@@ -79,9 +78,7 @@ pub use labels::{ByRole, OneOrMore};
 pub use layer::laid_over;
 pub use limited::LimitedView;
 pub use preview::{Preview, PreviewOptions, compare, has_figure, is_drawable, preview};
-pub use propose::{
-    DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
-};
+pub use propose::{DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose};
 pub use rest_file::RestFileView;
 pub use strict::check_strict;
 pub use task::{EMPTY_CONFIG, Task, TaskKind, edit, is_empty_config, retarget, retarget_with, run, task_of};

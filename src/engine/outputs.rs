@@ -87,7 +87,7 @@ fn encode(
         return formats::write(&humanoid, &clip, options, control, reporter).map_err(in_target);
     }
     let space = (target.axes, target.unit_meters);
-    formats::write_in_space(target.scene, None, clip, space, options, control, reporter).map_err(in_target)
+    formats::write_in_space(target.scene, &[], clip, space, options, control, reporter).map_err(in_target)
 }
 
 pub(super) fn file_stem(name: &str) -> String {

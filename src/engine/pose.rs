@@ -16,8 +16,7 @@ use super::{
     Counts, Failure, FailureCode, Outcome, Output, PoseInputs, Report, RigFacts, Rigs, Timings, WarningView,
     alignment::view,
     facts::joint_count,
-    files::in_config_or,
-    load::{LoadedFile, load},
+    files::{LoadedFile, in_config_or, load},
     output_request::{OutputRequest, output_requests},
     pictures,
     provenance::engine,
@@ -173,7 +172,7 @@ impl PosedCharacter {
             let bytes = pictures::posed(output, scene, limits, control, reporter)?;
             return Ok(Output { format: output.format, name, bytes });
         }
-        let written = formats::write_in_space(scene, Some(&self.joints), clip, space, &options, control, reporter);
+        let written = formats::write_in_space(scene, &self.joints, clip, space, &options, control, reporter);
         let bytes = written.map_err(|error| Failure::from(error).in_part("target"))?;
         Ok(Output { format: output.format, name, bytes })
     }

@@ -11,8 +11,9 @@ use crate::{
 };
 
 use super::{
-    Failure, FailureCode, Knowledge, NamedBytes, WarningView, flat,
-    load::load,
+    Failure, FailureCode, Knowledge, NamedBytes, WarningView,
+    files::load,
+    flat,
     shown::{Shown, in_picture},
 };
 

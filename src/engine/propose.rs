@@ -141,19 +141,11 @@ pub fn check_config(config: NamedBytes<'_>) -> Result<serde_json::Value, Failure
     to_json(&spec)
 }
 
-/// Says what [`super::retarget`] would do with the same inputs. Source files need no animation for it.
+/// Says what [`super::retarget_with`] would do with the same inputs. Source files need no animation for it.
 ///
 /// # Errors
-/// As [`super::retarget`], but for what concerns frames.
-pub fn propose(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<Proposal, Failure> {
-    propose_with(inputs, &Knowledge::default(), limits, control)
-}
-
-/// The same, with what is known of rigs beside what the program comes with.
-///
-/// # Errors
-/// As [`propose`].
-pub fn propose_with(
+/// As [`super::retarget_with`], but for what concerns frames.
+pub fn propose(
     inputs: &Inputs<'_>,
     knowledge: &Knowledge,
     limits: &Limits,

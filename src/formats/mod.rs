@@ -65,12 +65,11 @@ pub use json_size::JsonSize;
 pub use named_arrays::{Elements, NamedArray, Numbers, read_numbers, write_arrays};
 pub use pose_frames::{FrameArrays, FrameArraysMut, PoseFrames};
 pub use sniff::{DRAWING_FILES, is_picture, sniff};
-pub use space::write_in_space;
 
 use glam::{Quat, Vec3};
 
 use crate::model::{
-    Clip, Control, MorphMesh, MorphPlace, Reporter, Scene, Stretched, joints_stretched_in, straightened_clip,
+    Axes, Clip, Control, MorphMesh, MorphPlace, Reporter, Scene, Stretched, joints_stretched_in, straightened_clip,
 };
 
 /// A glTF document and its buffer as a GLB.
@@ -280,7 +279,7 @@ pub enum TargetClips {
     Drop,
 }
 
-/// Encodes `clip`, an animation of `target`'s skeleton.
+/// Encodes `clip`, an animation of `target`'s skeleton, in the axes and unit that the target has.
 ///
 /// # Errors
 /// When the format cannot be written, or not from such a target; or when the work is canceled.
@@ -291,9 +290,42 @@ pub fn write(
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
+    encode(target, &[], clip, options, control, reporter)
+}
+
+/// As [`write`], in the axes and unit of the format; `axes` and `unit_meters` are those that the target was found to have.
+///
+/// Joints that are `posed` have a pose as the rest transforms of the skeleton, which `clip` holds for one frame. A glTF document keeps
+/// everything else; their nodes are written as the skeleton has them.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_in_space(
+    target: &Scene,
+    posed: &[usize],
+    clip: &Clip,
+    (axes, unit_meters): (Axes, f64),
+    options: &WriteOptions,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Vec<u8>, FormatError> {
+    match space::converted(target, clip, (axes, unit_meters), options)? {
+        Some((target, clip)) => encode(&target, posed, &clip, options, control, reporter),
+        None => encode(target, posed, clip, options, control, reporter),
+    }
+}
+
+fn encode(
+    target: &Scene,
+    posed: &[usize],
+    clip: &Clip,
+    options: &WriteOptions,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Vec<u8>, FormatError> {
     match options.format {
         Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma | Format::Zip => {
-            gltf::write(target, clip, options, control, reporter)
+            gltf::write(target, posed, clip, options, control, reporter)
         }
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
@@ -316,29 +348,5 @@ pub fn write(
             format!("{} files can be read but not written", options.format.info().name),
             "GET /v1/formats lists those that are written",
         )),
-    }
-}
-
-/// Encodes a character in a pose: `target`, whose skeleton has the pose as its rest transforms, and `clip`, which holds it for one
-/// frame.
-///
-/// A glTF document keeps everything else; the nodes of the `posed` joints are written as the skeleton has them. Formats without
-/// a document are written as [`write`] does.
-///
-/// # Errors
-/// As [`write`].
-pub fn write_posed(
-    target: &Scene,
-    posed: &[usize],
-    clip: &Clip,
-    options: &WriteOptions,
-    control: &Control,
-    reporter: &mut Reporter,
-) -> Result<Vec<u8>, FormatError> {
-    match options.format {
-        Format::Glb | Format::Gltf | Format::Vrm | Format::Zip => {
-            gltf::write_posed(target, posed, clip, options, control, reporter)
-        }
-        _ => write(target, clip, options, control, reporter),
     }
 }

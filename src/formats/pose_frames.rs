@@ -144,14 +144,15 @@ impl PoseFrames {
         arrays: &FrameArrays<'_>,
     ) -> Vec<(usize, JointTracks)> {
         let inverse = self.arrays_from_scene.map(|conversion| conversion.inverse());
-        let (turn, scale) = inverse.map_or((Quat::IDENTITY, 1.0), |conversion| conversion.of_tracks());
-        let turns: Vec<Quat> =
-            joints.iter().map(|joint| if joint.parent.is_none() { turn } else { Quat::IDENTITY }).collect();
         let block = Block { first, joints: joints.len(), all_joints: self.joints.len(), frames };
-        let translations =
-            block.columns(arrays.translations, |joint, value| turns[joint] * (Vec3::from_array(value) * scale));
-        let rotations =
-            block.columns(Some(arrays.rotations), |joint, value| turns[joint] * unit(Quat::from_array(value)));
+        let translations = block.columns(arrays.translations, |joint, value| {
+            let value = Vec3::from_array(value);
+            inverse.map_or(value, |inverse| inverse.place(value, joints[joint].parent.is_none()))
+        });
+        let rotations = block.columns(Some(arrays.rotations), |joint, value| {
+            let value = unit(Quat::from_array(value));
+            inverse.map_or(value, |inverse| inverse.turn(value, joints[joint].parent.is_none()))
+        });
         let scales = block.columns(arrays.scales, |_, value| Vec3::from_array(value));
         let tracks = joints.iter().zip(translations).zip(rotations).zip(scales);
         let of_joint = |(((joint, translation), rotation), scale): (((&ArrayJoint, _), Track<Quat>), _)| {
@@ -187,17 +188,14 @@ impl PoseFrames {
 
     /// A local translation in the space of the arrays.
     fn translation(&self, joint: &ArrayJoint, value: Vec3) -> [f32; 3] {
-        let Some(conversion) = self.arrays_from_scene else { return value.to_array() };
-        let (turn, factor) = conversion.of_tracks();
-        let value = value * factor;
-        if joint.parent.is_some() { value.to_array() } else { (turn * value).to_array() }
+        let place = |conversion: Conversion| conversion.place(value, joint.parent.is_none());
+        self.arrays_from_scene.map_or(value, place).to_array()
     }
 
     /// A local rotation likewise.
     fn rotation(&self, joint: &ArrayJoint, value: Quat) -> [f32; 4] {
-        let turned = self.arrays_from_scene.filter(|_| joint.parent.is_none());
-        let value = turned.map_or(value, |conversion| (conversion.of_tracks().0 * value).normalize());
-        unit(value).to_array()
+        let turn = |conversion: Conversion| conversion.turn(value, joint.parent.is_none());
+        unit(self.arrays_from_scene.map_or(value, turn)).to_array()
     }
 }
 

@@ -1,33 +1,25 @@
-//! Bringing a scene and a clip into the axes and unit that an output format wants, and writing them there.
+//! Bringing a scene and a clip into the axes and unit that an output format wants.
 
 use std::sync::Arc;
 
 use glam::{DQuat, Quat, Vec3};
 
-use super::{FormatError, Space, TargetClips, WriteOptions, write, write_posed};
+use super::{FormatError, Space, TargetClips, WriteOptions};
 use crate::model::{
-    Axes, Clip, ClipError, Control, Joint, JointKeys, JointTracks, Payload, Reporter, Scene, Skeleton, SparseKeys,
-    Transform,
+    Axes, Clip, ClipError, Joint, JointKeys, JointTracks, Payload, Scene, Skeleton, SparseKeys, Transform,
 };
 
-/// Encodes as [`write`], or where joints are posed as [`write_posed`], in the axes and unit of the format. `axes` and `unit_meters` are
+/// The scene and the clip in the axes and unit that the format wants; nothing where they are in those. `axes` and `unit_meters` are
 /// those that the target was found to have.
 ///
 /// # Errors
-/// As [`write`].
-pub fn write_in_space(
+/// When the clip is too large for its tracks there.
+pub(super) fn converted(
     target: &Scene,
-    posed: Option<&[usize]>,
     clip: &Clip,
     (axes, unit_meters): (Axes, f64),
     options: &WriteOptions,
-    control: &Control,
-    reporter: &mut Reporter,
-) -> Result<Vec<u8>, FormatError> {
-    let mut encode = |scene: &Scene, clip: &Clip| match posed {
-        Some(posed) => write_posed(scene, posed, clip, options, control, reporter),
-        None => write(scene, clip, options, control, reporter),
-    };
+) -> Result<Option<(Scene, Clip)>, FormatError> {
     let is_ours = target.axes == Some(Axes::Y_UP_Z_FRONT) && target.unit_meters == Some(1.0);
     let wants_ours = match options.format.info().space {
         Space::Canonical => true,
@@ -36,7 +28,7 @@ pub fn write_in_space(
     };
     let conversion = Conversion::into_ours(axes, unit_meters);
     if is_ours || !wants_ours || conversion.is_identity() {
-        return encode(target, clip);
+        return Ok(None);
     }
     let not_a_clip = |error: ClipError| FormatError::malformed("convert", "", error.to_string());
     let mut scene = convert_scene(target, &conversion);
@@ -50,7 +42,7 @@ pub fn write_in_space(
         Some(keys) => clip.with_sparse_keys(keys),
         None => clip,
     };
-    encode(&scene, &clip)
+    Ok(Some((scene, clip)))
 }
 
 /// A rotation of the scene, and a factor on its lengths.
@@ -75,10 +67,15 @@ impl Conversion {
         Self { rotation: self.rotation.conjugate(), scale: self.scale.recip() }
     }
 
-    /// The rotation and the factor in the precision of tracks.
-    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
-    pub(super) fn of_tracks(&self) -> (Quat, f32) {
-        (self.rotation.as_quat(), self.scale as f32)
+    /// A translation of a track there.
+    pub(super) fn place(&self, value: Vec3, is_root: bool) -> Vec3 {
+        let scaled = value.as_dvec3() * self.scale;
+        (if is_root { self.rotation * scaled } else { scaled }).as_vec3()
+    }
+
+    /// A rotation of a track there, as long as it is here.
+    pub(super) fn turn(&self, value: Quat, is_root: bool) -> Quat {
+        if is_root { (self.rotation * value.as_dquat()).as_quat() } else { value }
     }
 
     fn root(&self, transform: &Transform) -> Transform {
@@ -123,14 +120,11 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
 
 /// The same clip likewise.
 pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
-    let (rotation, scale) = conversion.of_tracks();
     let joints = clip.joints().iter().zip(scene.skeleton.joints()).map(|(tracks, joint)| {
         let is_root = joint.parent.is_none();
-        let place = |value: Vec3| if is_root { rotation * (value * scale) } else { value * scale };
-        let turn = |value: Quat| if is_root { (rotation * value).normalize() } else { value };
         JointTracks {
-            translation: tracks.translation.map(place),
-            rotation: tracks.rotation.map(turn),
+            translation: tracks.translation.map(|value| conversion.place(value, is_root)),
+            rotation: tracks.rotation.map(|value| conversion.turn(value, is_root)),
             scale: tracks.scale.clone(),
         }
     });
@@ -140,12 +134,11 @@ pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -
 
 /// The keys of a clip likewise.
 fn convert_keys(keys: &SparseKeys, scene: &Scene, conversion: &Conversion) -> SparseKeys {
-    let (rotation, scale) = conversion.of_tracks();
     let joints = keys.joints.iter().zip(scene.skeleton.joints()).map(|(keys, joint)| {
         let is_root = joint.parent.is_none();
         JointKeys {
-            translation: keys.translation.map(|value| if is_root { rotation * (value * scale) } else { value * scale }),
-            rotation: keys.rotation.map(|value| if is_root { rotation * value } else { value }),
+            translation: keys.translation.map(|value| conversion.place(value, is_root)),
+            rotation: keys.rotation.map(|value| conversion.turn(value, is_root)),
             scale: keys.scale.clone(),
         }
     });

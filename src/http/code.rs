@@ -23,6 +23,11 @@ macro_rules! codes {
                 match self { $( Self::$variant => $name, )+ }
             }
 
+            /// The one of a name; a name that is none is a bug of ours.
+            fn from_name(name: &str) -> Self {
+                Self::ALL.iter().copied().find(|code| code.name() == name).unwrap_or(Self::Internal)
+            }
+
             /// The HTTP status that it comes with.
             #[must_use]
             pub const fn status(self) -> StatusCode {
@@ -189,46 +194,16 @@ codes! {
         "Report it with the `request_id` and, if there is one, the job id.";
 }
 
+/// A failure has one name on every surface.
 impl From<FailureCode> for Code {
-    fn from(code: FailureCode) -> Self {
-        match code {
-            FailureCode::UnsupportedFormat => Self::UnsupportedFormat,
-            FailureCode::UnsupportedFeature => Self::UnsupportedFeature,
-            FailureCode::AssetMalformed => Self::AssetMalformed,
-            FailureCode::AssetLimitExceeded => Self::AssetLimitExceeded,
-            FailureCode::MalformedConfig => Self::MalformedConfig,
-            FailureCode::UnknownField => Self::UnknownField,
-            FailureCode::InvalidValue => Self::InvalidValue,
-            FailureCode::UnknownJoint => Self::UnknownJoint,
-            FailureCode::UnknownName => Self::UnknownName,
-            FailureCode::ChainNotConnected => Self::ChainNotConnected,
-            FailureCode::SkeletonNotFound => Self::SkeletonNotFound,
-            FailureCode::FigureNotFound => Self::FigureNotFound,
-            FailureCode::NoAnimation => Self::NoAnimation,
-            FailureCode::NothingToMap => Self::NothingToMap,
-            FailureCode::StrictWarnings => Self::StrictWarnings,
-            FailureCode::StrictMeasures => Self::StrictMeasures,
-            FailureCode::Canceled => Self::Canceled,
-            FailureCode::EngineCrashed => Self::EngineCrashed,
-            FailureCode::Internal => Self::Internal,
-        }
+    fn from(failure: FailureCode) -> Self {
+        Self::from_name(failure.name())
     }
 }
 
 impl From<FailureReason> for Code {
     fn from(reason: FailureReason) -> Self {
-        match reason {
-            FailureReason::Engine(code) => code.into(),
-            FailureReason::JobTimeout => Self::JobTimeout,
-            FailureReason::WorkerCrashed => Self::WorkerCrashed,
-            FailureReason::StorageFull => Self::StorageFull,
-            FailureReason::Unavailable => Self::Unavailable,
-            FailureReason::UnknownAsset => Self::UnknownAsset,
-            FailureReason::UnknownPreset => Self::UnknownPreset,
-            FailureReason::UnknownWebhook => Self::UnknownWebhook,
-            FailureReason::Quarantined => Self::Quarantined,
-            FailureReason::BatchStopped => Self::BatchStopped,
-        }
+        Self::from_name(reason.name())
     }
 }
 
@@ -256,6 +231,9 @@ mod tests {
     fn codes_of_failures_keep_their_names() {
         for failure in FailureCode::ALL {
             assert_eq!(Code::from(failure).name(), failure.name(), "one name on every surface");
+        }
+        for reason in FailureReason::OWN {
+            assert_eq!(Code::from(reason).name(), reason.name(), "likewise");
         }
     }
 

@@ -348,6 +348,11 @@ pub(super) struct Parts {
 }
 
 impl Parts {
+    /// Those of a job whose files have been uploaded before.
+    pub(super) fn of_assets(new: NewJob) -> Self {
+        Self { files: ArrivedFiles::default(), new }
+    }
+
     /// The job, with its files kept as its owner's.
     pub(super) async fn keep(self, assets: &Assets, owner: &Principal) -> Result<NewJob, Problem> {
         Ok(NewJob { inputs: assets.keep_arrived(owner, self.files).await?, ..self.new })

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Engine, EngineRequest, Jobs, Question, Refusal, inputs::InputBytes, library, looks::Look};
+use super::{Engine, EngineRequest, Jobs, Question, Refusal, engine::InputBytes, library, looks::Look};
 use crate::{
     engine::{Control, Failure, Format},
     store::{ConfigDocument, JobId, JobRecord, JobTask, Principal},

@@ -1,5 +1,8 @@
 //! The engine as the service sees it.
 
+use std::collections::BTreeMap;
+
+use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -7,7 +10,7 @@ use crate::{
         self, Control, DisplayOptions, DrawInputs, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits,
         NamedBytes, Outcome, Output, PoseChoice, PoseInputs, PreviewOptions, Report, Task, Timings,
     },
-    store::{JobVerdict, Judgment},
+    store::{InputRole, JobRequest, JobTask, JobVerdict, Judgment, Store, StoreError},
 };
 
 /// What the engine can be asked, as plain data: the files go beside it.
@@ -48,6 +51,25 @@ pub enum Question {
         /// Whether the files are wanted, in place of what was found.
         as_archive: bool,
     },
+}
+
+impl Question {
+    /// That of a job.
+    ///
+    /// # Errors
+    /// When no pose has the name that the job has.
+    pub(super) fn of_job(task: &JobTask) -> Result<Self, Failure> {
+        let choice = |to: &String| {
+            serde_json::from_value::<PoseChoice>(to.as_str().into())
+                .map_err(|_| Failure::new(FailureCode::InvalidValue, format!("no pose is called '{to}'")))
+        };
+        Ok(match task {
+            JobTask::Retarget => Self::Retarget,
+            JobTask::Edit => Self::Edit,
+            JobTask::Draw => Self::Draw,
+            JobTask::Pose { to } => Self::Pose { to: to.as_ref().map(choice).transpose()? },
+        })
+    }
 }
 
 /// The files of a question.
@@ -181,7 +203,7 @@ impl Engine for RetargetEngine {
             Question::Inspect => document(engine::inspect_with(files.source()?, knowledge, limits, control)?),
             Question::Explain { frame, joint } => {
                 let question = engine::Question { frame: *frame, joint };
-                document(engine::explain_with(&asked.pair()?, &question, knowledge, limits, control)?)
+                document(engine::explain(&asked.pair()?, &question, knowledge, limits, control)?)
             }
             Question::Preview(options) => {
                 Ok(Answer::Picture(engine::preview(files.source()?, options, limits, control)?.bytes))
@@ -194,7 +216,7 @@ impl Engine for RetargetEngine {
                 let config = files.config.ok_or_else(|| missing("config"))?;
                 engine::check_config(config).map(Answer::Document)
             }
-            _ => document(engine::propose_with(&asked.pair()?, knowledge, limits, control)?),
+            _ => document(engine::propose(&asked.pair()?, knowledge, limits, control)?),
         }
     }
 }
@@ -204,6 +226,44 @@ fn annotate(files: &Files<'_>, rig: &str, as_archive: bool, control: &Control) -
     let model = files.scene.map(|model| engine::read_pose_model(model.bytes.to_vec())).transpose()?;
     let drawing = engine::annotate_drawing(files.source()?, files.target, kind, model.as_ref(), control)?;
     if as_archive { drawing.archive().map(Answer::Archive) } else { document(drawing.view()) }
+}
+
+/// The bytes of a job's files, by what they are to it.
+#[derive(Debug)]
+pub(super) struct InputBytes(BTreeMap<InputRole, Bytes>);
+
+impl InputBytes {
+    /// Reads the files of a job.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub(super) async fn read(store: &Store, request: &JobRequest) -> Result<Self, StoreError> {
+        let mut bytes = BTreeMap::new();
+        for (role, input) in &request.inputs {
+            bytes.insert(*role, store.blobs().read(&input.sha256).await?);
+        }
+        Ok(Self(bytes))
+    }
+
+    pub(super) const fn new(bytes: BTreeMap<InputRole, Bytes>) -> Self {
+        Self(bytes)
+    }
+
+    /// As the engine takes them. `request` is the one that they were read for.
+    pub(super) fn files<'a>(&'a self, request: &'a JobRequest) -> Files<'a> {
+        let find = |role: InputRole| {
+            Some(NamedBytes { name: &request.inputs.get(&role)?.file_name, bytes: self.0.get(&role)? })
+        };
+        let config = request.config.as_ref();
+        Files {
+            source: find(InputRole::Source),
+            target: find(InputRole::Target),
+            source_rest: find(InputRole::SourceRest),
+            target_rest: find(InputRole::TargetRest),
+            scene: find(InputRole::Scene),
+            config: config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() }),
+        }
+    }
 }
 
 impl<'a> Files<'a> {

@@ -30,20 +30,20 @@ pub enum FailureReason {
     BatchStopped,
 }
 
-/// Those that are not the engine's.
-const OWN: [FailureReason; 9] = [
-    FailureReason::JobTimeout,
-    FailureReason::WorkerCrashed,
-    FailureReason::StorageFull,
-    FailureReason::Unavailable,
-    FailureReason::UnknownAsset,
-    FailureReason::UnknownPreset,
-    FailureReason::UnknownWebhook,
-    FailureReason::Quarantined,
-    FailureReason::BatchStopped,
-];
-
 impl FailureReason {
+    /// Those that are not the engine's.
+    pub const OWN: [Self; 9] = [
+        Self::JobTimeout,
+        Self::WorkerCrashed,
+        Self::StorageFull,
+        Self::Unavailable,
+        Self::UnknownAsset,
+        Self::UnknownPreset,
+        Self::UnknownWebhook,
+        Self::Quarantined,
+        Self::BatchStopped,
+    ];
+
     /// The code on the wire.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -64,7 +64,8 @@ impl FailureReason {
     /// The reason of a kept failure. A code that this version does not know is one of a bug of ours.
     #[must_use]
     pub fn of(failure: &JobFailure) -> Self {
-        OWN.into_iter()
+        Self::OWN
+            .into_iter()
             .find(|reason| reason.name() == failure.code)
             .unwrap_or_else(|| Self::Engine(FailureCode::from_name(&failure.code).unwrap_or(FailureCode::Internal)))
     }

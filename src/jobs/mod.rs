@@ -22,7 +22,6 @@ mod engine;
 mod events;
 mod failure;
 mod fetching;
-mod inputs;
 mod inspections;
 mod isolation;
 mod kept_pictures;

@@ -1,7 +1,7 @@
 //! What a retarget would do, without a job: for who maps rigs or edits configs, and waits for the answer.
 
 use super::{
-    Assets, Engine, EngineRequest, NewJob, Question, Refusal, inputs::InputBytes, library, looks::Look, memory,
+    Assets, Engine, EngineRequest, NewJob, Question, Refusal, engine::InputBytes, library, looks::Look, memory,
     submission::ResolvedJob,
 };
 use crate::{

@@ -9,9 +9,9 @@ use bytes::Bytes;
 use futures::future::try_join_all;
 
 use super::{
-    EngineRequest, EngineResult, FailureReason, JobEvent, Jobs, OutputFile, Refusal, failure,
-    inputs::{InputBytes, question},
-    library, next_state,
+    EngineRequest, EngineResult, FailureReason, JobEvent, Jobs, OutputFile, Question, Refusal,
+    engine::InputBytes,
+    failure, library, next_state,
     one_shot::{BegunWork, Seat},
     result_names,
     running::{RunningJob, StopReason},
@@ -180,7 +180,7 @@ impl Jobs {
             Failpoint::EngineRuns.reach();
             let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
             let (formats, knowledge, limits) = (formats.as_slice(), &knowledge, &inner.limits);
-            let question = question(&request.task)?;
+            let question = Question::of_job(&request.task)?;
             let asked = EngineRequest { question, files: files.files(&request), formats, knowledge, limits };
             inner.engine.ask(&asked, &control)?.ran()
         };

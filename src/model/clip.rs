@@ -212,6 +212,7 @@ impl Clip {
     /// When the frame is past the end.
     #[must_use]
     pub fn local_pose(&self, skeleton: &Skeleton, frame: usize) -> LocalPose {
+        // A value at rest is narrowed as its track would be: what is found in a pose does not depend on whether a file writes that track.
         let local = |(tracks, joint): (&JointTracks, &super::Joint)| Transform {
             translation: tracks.translation.at(frame, joint.rest.translation.as_vec3()).as_dvec3(),
             rotation: tracks.rotation.at(frame, joint.rest.rotation.as_quat()).as_dquat().normalize(),

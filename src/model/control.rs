@@ -7,46 +7,24 @@ use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 #[error("the work was canceled")]
 pub struct Canceled;
 
-/// What a job is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u8)]
-#[non_exhaustive]
-pub enum Phase {
-    /// Not begun.
-    Waiting,
-    /// Decoding the input files.
-    Read,
-    /// Recognizing rigs, aligning rest poses, compiling the plan.
-    Plan,
-    /// Looking for better parameters; counted in frames of as many retargets as are allowed.
-    Tune,
-    /// The loop over frames.
-    Retarget,
-    /// Encoding the outputs.
-    Write,
-}
-
-impl Phase {
-    /// All of them, in their order.
-    pub const ALL: [Self; 6] = [Self::Waiting, Self::Read, Self::Plan, Self::Tune, Self::Retarget, Self::Write];
-
-    /// The name on the wire.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Waiting => "waiting",
-            Self::Read => "read",
-            Self::Plan => "plan",
-            Self::Tune => "tune",
-            Self::Retarget => "retarget",
-            Self::Write => "write",
-        }
-    }
-
-    /// The phase of that wire name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|phase| phase.name() == name)
+named! {
+    /// What a job is doing.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    #[repr(u8)]
+    #[non_exhaustive]
+    pub enum Phase {
+        /// Not begun.
+        Waiting = "waiting",
+        /// Decoding the input files.
+        Read = "read",
+        /// Recognizing rigs, aligning rest poses, compiling the plan.
+        Plan = "plan",
+        /// Looking for better parameters; counted in frames of as many retargets as are allowed.
+        Tune = "tune",
+        /// The loop over frames.
+        Retarget = "retarget",
+        /// Encoding the outputs.
+        Write = "write",
     }
 }
 

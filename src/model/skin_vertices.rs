@@ -67,12 +67,6 @@ impl SkinVertices {
         self.ends.is_empty()
     }
 
-    /// How many influences all vertices have together.
-    #[must_use]
-    pub fn influence_count(&self) -> usize {
-        self.influences.len()
-    }
-
     /// The influences of a vertex.
     #[must_use]
     pub fn of(&self, vertex: usize) -> &[Influence] {

@@ -1,6 +1,6 @@
 //! The values of one channel over the frames of a clip.
 
-use glam::Quat;
+use glam::{DQuat, DVec3, Quat, Vec3};
 
 /// One channel of one joint: a translation, a rotation or a scale.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -68,7 +68,35 @@ impl<T: Copy> Track<T> {
     }
 }
 
+impl Track<Vec3> {
+    /// The value at a frame, to count with. A rest transform has all its digits, and keeps them.
+    ///
+    /// # Panics
+    /// When the frame is past the end of a sampled track.
+    #[must_use]
+    pub fn wide_at(&self, frame: usize, rest: DVec3) -> DVec3 {
+        match self {
+            Self::Rest => rest,
+            Self::Constant(value) => value.as_dvec3(),
+            Self::Sampled(values) => values[frame].as_dvec3(),
+        }
+    }
+}
+
 impl Track<Quat> {
+    /// The rotation at a frame likewise. One of a track is of unit length but for the rounding of its numbers.
+    ///
+    /// # Panics
+    /// When the frame is past the end of a sampled track.
+    #[must_use]
+    pub fn wide_at(&self, frame: usize, rest: DQuat) -> DQuat {
+        match self {
+            Self::Rest => rest,
+            Self::Constant(value) => value.as_dquat(),
+            Self::Sampled(values) => values[frame].as_dquat(),
+        }
+    }
+
     /// The same rotations, each from the second on written on the hemisphere of the one before: q and −q are one rotation, but
     /// players interpolate the short way only between neighbors that lie together.
     #[must_use]

@@ -27,12 +27,6 @@ impl Plan {
     pub fn driven_joint_count(&self) -> usize {
         self.outputs.len()
     }
-
-    /// How many joints the loop computes per frame, on both sides together.
-    #[must_use]
-    pub fn steps_per_frame(&self) -> usize {
-        self.source_steps.len() + self.target_steps.len()
-    }
 }
 
 /// What is known of a slot.

@@ -154,7 +154,7 @@ impl Retargeter {
     pub fn suggest(&self, source: Asset<'_>, target: Asset<'_>) -> Result<Proposal, Error> {
         let text = self.config_text()?;
         let inputs = self.inputs(source, target, text.as_ref());
-        Ok(engine::propose_with(&inputs, &self.knowledge, &self.limits, &self.control)?)
+        Ok(engine::propose(&inputs, &self.knowledge, &self.limits, &self.control)?)
     }
 
     /// Reads a file of any format, with what was guessed and repaired in it.

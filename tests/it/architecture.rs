@@ -74,6 +74,9 @@ const MAX_LINES: usize = 600;
 
 const MAX_LINES_OF_FUNCTION: usize = 80;
 
+/// Files that one rotation passes from upload to download. It may only shrink: 30 would be a short walk.
+const MAX_FILES_OF_WALK: usize = 58;
+
 /// What a program sees of the library.
 const MAX_PUBLIC_ITEMS: usize = 60;
 
@@ -296,6 +299,23 @@ fn functions_are_short() {
         }
     }
     none(&broken, "functions");
+}
+
+/// The table of `docs/architecture.md` is the walk; the text below it names what is passed by.
+#[test]
+fn the_walk_of_one_rotation_becomes_no_longer() {
+    let text = std::fs::read_to_string(root().join("docs/architecture.md")).expect("the document");
+    let (_, walk) = text.split_once("## The walk of one rotation\n").expect("the walk");
+    let (walk, _) = walk.split_once("\n## ").expect("what follows it");
+    let files_of = |lines: &mut dyn Iterator<Item = &str>| -> Vec<String> {
+        lines.flat_map(quoted).filter(|name| name.ends_with(".rs")).collect()
+    };
+    let gone = files_of(&mut walk.lines()).into_iter().filter(|file| !root().join("src").join(file).is_file());
+    none(&gone.collect::<Vec<_>>(), "files of the walk that are gone");
+    let stops = files_of(&mut walk.lines().filter(|line| line.starts_with("| ")));
+    let distinct: BTreeSet<&String> = stops.iter().collect();
+    assert_eq!(distinct.len(), stops.len(), "nobody comes by twice");
+    assert_eq!(stops.len(), MAX_FILES_OF_WALK, "files of the walk; where there are fewer, say so here");
 }
 
 #[test]

@@ -2,7 +2,9 @@
 
 use glam::{DQuat, DVec3};
 use retargetd::{
-    engine::{Control, Explanation, FailureCode, Format, Inputs, Limits, NamedBytes, Question, explain, retarget},
+    engine::{
+        Control, Explanation, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Question, explain, retarget,
+    },
     formats,
     model::{Reporter, Scene},
     samples,
@@ -42,7 +44,8 @@ impl Pair {
     }
 
     fn explain(&self, frame: usize, joint: &str) -> Result<Explanation, retargetd::engine::Failure> {
-        explain(&self.inputs(), &Question { frame, joint }, &Limits::default(), &Control::new())
+        let question = Question { frame, joint };
+        explain(&self.inputs(), &question, &Knowledge::default(), &Limits::default(), &Control::new())
     }
 
     /// What a retarget gives, read back.

@@ -8,7 +8,7 @@ mod body;
 mod follow;
 mod remote;
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{path::PathBuf, sync::Arc};
 
 use serde_json::{Value, json};
 
@@ -19,6 +19,7 @@ use super::{
     files::StagedFiles,
     manner::speaks_json,
     outputs::{WantedFormats, check_places, report_bytes},
+    runtime,
     verdict::{Judged, Judging},
     watch::ProgressWatch,
 };
@@ -51,15 +52,8 @@ pub(super) struct Arguments {
     judging: Judging,
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
-        Ok(runtime) => runtime,
-        Err(error) => return exit::refuse(FAILED, &error),
-    };
-    match runtime.block_on(submit(arguments)) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => exit.tell(),
-    }
+pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
+    runtime()?.block_on(submit(arguments))
 }
 
 async fn submit(arguments: &Arguments) -> Result<(), Exit> {

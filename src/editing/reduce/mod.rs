@@ -288,9 +288,9 @@ impl Pass<'_> {
     fn joint(&self, joint: usize, above: Option<&Motion>) -> (JointKeys, Motion) {
         let (tracks, rest) = (&self.clip.joints()[joint], self.skeleton.joints()[joint].rest);
         let times = self.clip.times_seconds();
-        let place = |frame| tracks.translation.at(frame, rest.translation.as_vec3()).as_dvec3();
-        let turn = |frame| tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat().normalize();
-        let size = |frame| tracks.scale.at(frame, rest.scale.as_vec3()).as_dvec3();
+        let place = |frame| tracks.translation.wide_at(frame, rest.translation);
+        let turn = |frame| tracks.rotation.wide_at(frame, rest.rotation).normalize();
+        let size = |frame| tracks.scale.wide_at(frame, rest.scale);
         let exact: Vec<Transform> = (0..times.len())
             .map(|frame| {
                 let local = Transform { translation: place(frame), rotation: turn(frame), scale: size(frame) };

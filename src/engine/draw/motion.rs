@@ -7,8 +7,7 @@ use crate::{
     engine::{
         Failure, FailureCode, Knowledge, NamedBytes, RigFacts,
         edit::edited_clip,
-        files::{chosen_clip, in_config_or},
-        load::load,
+        files::{chosen_clip, in_config_or, load},
     },
     formats::Limits,
     model::{Clip, Control, Reporter},

@@ -24,7 +24,7 @@ mod write;
 
 pub(super) use json::parse as parse_json;
 pub(super) use read::{appearance, morph_meshes, read};
-pub(super) use write::{contain, write, write_display, write_posed};
+pub(super) use write::{contain, write, write_display};
 
 /// Both names of the mesh compression extension; they share one layout.
 const MESHOPT_EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];

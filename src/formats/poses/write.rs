@@ -145,7 +145,7 @@ impl<'a> Poses<'a> {
         let tracks = &self.clip.joints()[joint];
         values(match channel {
             Channel::Translation => Value::Vector(tracks.translation.at(frame, rest.translation.as_vec3()).to_array()),
-            Channel::Rotation => Value::Rotation(unit(tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat())),
+            Channel::Rotation => Value::Rotation(unit(tracks.rotation.wide_at(frame, rest.rotation))),
             Channel::Scale => Value::Vector(tracks.scale.at(frame, rest.scale.as_vec3()).to_array()),
         })
     }

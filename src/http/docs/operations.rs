@@ -3,7 +3,7 @@
 use axum::http::Method;
 use serde_json::json;
 use utoipa::openapi::{
-    OpenApi as Document, PathItem, RefOr,
+    Content, OpenApi as Document, PathItem, Ref, RefOr, Response,
     link::Link,
     path::Operation,
     security::{Http, HttpAuthScheme, SecurityRequirement, SecurityScheme},
@@ -11,7 +11,7 @@ use utoipa::openapi::{
 
 use crate::http::auth::needed_scope;
 
-/// Which scope of a key or a token each operation asks for, where they are asked for; else it asks for nothing.
+/// Which scope of a key or a token each operation asks for, where they are asked for; else it asks for nothing. What asks may refuse.
 pub(super) fn tell_who_may_come_in(document: &mut Document) {
     const SCHEMES: [&str; 2] = ["key", "token"];
     let key = Http::builder().scheme(HttpAuthScheme::Bearer).bearer_format("rtk_…");
@@ -30,9 +30,16 @@ pub(super) fn tell_who_may_come_in(document: &mut Document) {
             if let Some(scope) = needed_scope(&method, path) {
                 let asked = SCHEMES.map(|scheme| SecurityRequirement::new(scheme, [scope.name()]));
                 operation.security = Some(asked.into_iter().chain([SecurityRequirement::default()]).collect());
+                operation.responses.responses.insert("default".to_owned(), RefOr::T(problem()));
             }
         }
     }
+}
+
+/// What every refusal is.
+fn problem() -> Response {
+    let content = Content::new(Some(Ref::from_schema_name("Problem")));
+    Response::builder().description("a problem").content("application/problem+json", content).build()
 }
 
 /// What an operation gives, and where it is used: (method, path, status, where in the answer, the start of the paths, their parameter).

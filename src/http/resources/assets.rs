@@ -21,7 +21,7 @@ use crate::{
         download::{File, ascii},
         extract::{Id, JsonBody, QueryOf, is_media_type},
         page::{self, PageQuery},
-        problem::{Problem, ProblemView},
+        problem::Problem,
         upload::{BodyReader, clean_name},
         views::{AssetPageView, AssetView},
     },
@@ -79,8 +79,7 @@ impl NewAssetByUrl {
     ("Content-Digest" = Option<String>, Header, description = "`sha-256=:…:` of the body; checked")),
     request_body(description = "the file", content = String, content_type = "application/octet-stream"),
     responses((status = 201, body = AssetView, description = "kept", headers(("Location" = String))),
-        (status = 200, body = AssetView, description = "the asset exists already"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 200, body = AssetView, description = "the asset exists already")))]
 async fn create(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -109,8 +108,7 @@ fn kept(asset: AssetRecord, is_new: bool) -> Response {
 #[utoipa::path(post, path = "/v1/assets/by-url", operation_id = "fetch_asset", tag = "assets", params(CreateQuery),
     request_body(description = "where the file is", content = NewAssetByUrl),
     responses((status = 201, body = AssetView, description = "kept", headers(("Location" = String))),
-        (status = 200, body = AssetView, description = "these bytes are here already"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 200, body = AssetView, description = "these bytes are here already")))]
 async fn fetch(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -123,8 +121,7 @@ async fn fetch(
 
 /// Lists uploaded files, newest first.
 #[utoipa::path(get, path = "/v1/assets", operation_id = "list_assets", tag = "assets", params(PageQuery),
-    responses((status = 200, body = AssetPageView, description = "a page"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = AssetPageView, description = "a page")))]
 async fn list(
     State(assets): State<Assets>,
     State(settings): State<Shared<Settings>>,
@@ -141,8 +138,7 @@ async fn list(
 
 /// Shows a file.
 #[utoipa::path(get, path = "/v1/assets/{id}", operation_id = "show_asset", tag = "assets", params(("id" = String, Path, description = "the asset")),
-    responses((status = 200, body = AssetView, description = "the asset"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = AssetView, description = "the asset")))]
 async fn show(
     State(assets): State<Assets>,
     Caller(owner): Caller,
@@ -155,8 +151,7 @@ async fn show(
 ///
 /// Refused while an unfinished job uses it.
 #[utoipa::path(delete, path = "/v1/assets/{id}", operation_id = "delete_asset", tag = "assets", params(("id" = String, Path, description = "the asset")),
-    responses((status = 204, description = "removed"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 204, description = "removed")))]
 async fn delete(
     State(assets): State<Assets>,
     Caller(owner): Caller,
@@ -171,8 +166,7 @@ async fn delete(
     ("Range" = Option<String>, Header, description = "one range of bytes")),
     responses((status = 200, content_type = "*/*", body = String, description = "the bytes"),
         (status = 206, content_type = "*/*", body = String, description = "a range of the bytes"),
-        (status = 304, description = "not modified"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 304, description = "not modified")))]
 async fn content(
     State(assets): State<Assets>,
     State(jobs): State<Jobs>,
@@ -245,8 +239,7 @@ fn finding_codes() -> utoipa::openapi::schema::Object {
 /// Skeletons, clips, the recognized rig, roles with confidence, the kind of rest pose, units, findings (problems and
 /// oddities, each with a fix) and warnings. Your own rig templates take part in the recognition.
 #[utoipa::path(get, path = "/v1/assets/{id}/skeleton", operation_id = "show_skeleton", tag = "assets", params(("id" = String, Path, description = "the asset")),
-    responses((status = 200, body = SkeletonView, description = "the contents of the file, as `retargetd inspect --json` prints them"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = SkeletonView, description = "the contents of the file, as `retargetd inspect --json` prints them")))]
 async fn skeleton(
     State(assets): State<Assets>,
     Caller(owner): Caller,

@@ -272,8 +272,7 @@ fn shown(batch: BatchSnapshot, status: StatusCode) -> Response {
         ("Cache-Control" = Option<String>, Header, description = "`no-cache` to compute everything even if results are cached")),
     request_body(description = "the batch", content = NewBatchBody),
     responses((status = 202, body = BatchView, description = "accepted", headers(("Location" = String), ("Retry-After" = u32))),
-        (status = 200, body = BatchOrCheck, description = "with `validate_only`: what could not be run"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 200, body = BatchOrCheck, description = "with `validate_only`: what could not be run")))]
 async fn create(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -307,8 +306,7 @@ async fn create(
 
 /// Lists batches, newest first.
 #[utoipa::path(get, path = "/v1/batches", operation_id = "list_batches", tag = "batches", params(PageQuery),
-    responses((status = 200, body = BatchPageView, description = "a page"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = BatchPageView, description = "a page")))]
 async fn list(
     State(jobs): State<Jobs>,
     State(settings): State<Shared<Settings>>,
@@ -329,8 +327,7 @@ async fn list(
 /// With `Prefer: wait=N` the answer comes when all its jobs have finished, or after N seconds.
 #[utoipa::path(get, path = "/v1/batches/{id}", operation_id = "show_batch", tag = "batches", params(("id" = String, Path, description = "the batch"),
     ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end")),
-    responses((status = 200, body = BatchView, description = "the batch; `Retry-After` while it is unfinished"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = BatchView, description = "the batch; `Retry-After` while it is unfinished")))]
 async fn show(
     State(jobs): State<Jobs>,
     State(settings): State<Shared<Settings>>,
@@ -366,8 +363,7 @@ struct JobsQuery {
 /// For a retried item, the newest job.
 #[utoipa::path(get, path = "/v1/batches/{id}/jobs", operation_id = "list_batch_jobs", tag = "batches",
     params(("id" = String, Path, description = "the batch"), JobsQuery),
-    responses((status = 200, body = JobPageView, description = "a page"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = JobPageView, description = "a page")))]
 async fn jobs_of(
     State(jobs): State<Jobs>,
     State(settings): State<Shared<Settings>>,
@@ -391,8 +387,7 @@ async fn jobs_of(
 /// Waiting jobs end immediately, running jobs are asked to stop, finished jobs stay as they are. May be repeated,
 /// whatever the load.
 #[utoipa::path(post, path = "/v1/batches/{id}/cancel", operation_id = "cancel_batch", tag = "batches", params(("id" = String, Path, description = "the batch")),
-    responses((status = 200, body = BatchView, description = "the batch as it is now"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = BatchView, description = "the batch as it is now")))]
 async fn cancel(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<BatchId>) -> Result<Response, Problem> {
     Ok(shown(jobs.cancel_batch(&owner, &id).await?, StatusCode::OK))
 }
@@ -413,8 +408,7 @@ struct RetryQuery {
 #[utoipa::path(post, path = "/v1/batches/{id}/retry-failed", operation_id = "retry_failed_of_batch", tag = "batches",
     params(("id" = String, Path, description = "the batch"), RetryQuery),
     responses((status = 202, body = BatchView, description = "the batch, with the new jobs", headers(("Location" = String))),
-        (status = 200, body = BatchView, description = "the batch; nothing in it had failed"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 200, body = BatchView, description = "the batch; nothing in it had failed")))]
 async fn retry_failed(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,
@@ -445,8 +439,7 @@ struct ArchiveQuery {
 /// each.
 #[utoipa::path(get, path = "/v1/batches/{id}/archive", operation_id = "download_batch", tag = "batches",
     params(("id" = String, Path, description = "the batch"), ArchiveQuery),
-    responses((status = 200, content_type = "application/zip", body = String, description = "the archive"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, content_type = "application/zip", body = String, description = "the archive")))]
 async fn archive(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,

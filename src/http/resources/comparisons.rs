@@ -7,13 +7,7 @@ use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
-    http::{
-        ApiState,
-        auth::Caller,
-        code::Code,
-        extract::JsonBody,
-        problem::{Problem, ProblemView},
-    },
+    http::{ApiState, auth::Caller, code::Code, extract::JsonBody, problem::Problem},
     jobs::{Jobs, Principal, ResultId},
 };
 
@@ -114,8 +108,7 @@ struct ComparisonView {
 /// Nothing is run: the values are those of the reports of both. They may be of different clips and characters; what that says is for the
 /// caller to know.
 #[utoipa::path(post, path = "/v1/comparisons", tag = "results", request_body = ComparisonBody,
-    responses((status = 200, body = ComparisonView, description = "the differences"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = ComparisonView, description = "the differences")))]
 async fn compare(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,

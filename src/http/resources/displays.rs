@@ -12,7 +12,7 @@ use crate::{
         auth::Caller,
         extract::{Id, QueryOf},
         layers::Unpacked,
-        problem::{Problem, ProblemView},
+        problem::Problem,
         unchanging::unchanging,
     },
     jobs::{AssetId, Assets, Jobs, Pictured, ResultId},
@@ -44,8 +44,7 @@ struct DisplayQuery {
     params(("id" = String, Path, description = "the asset"), DisplayQuery,
         ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "model/gltf-binary", body = String, description = "the GLB"),
-        (status = 304, description = "not modified"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 304, description = "not modified")))]
 async fn of_asset(
     State(assets): State<Assets>,
     State(jobs): State<Jobs>,
@@ -64,8 +63,7 @@ async fn of_asset(
     params(("id" = String, Path, description = "the result"), DisplayQuery,
         ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "model/gltf-binary", body = String, description = "the GLB"),
-        (status = 304, description = "not modified"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 304, description = "not modified")))]
 async fn of_result(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,

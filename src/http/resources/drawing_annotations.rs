@@ -12,12 +12,7 @@ use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::http::{
-    ApiState,
-    auth::Caller,
-    download::disposition,
-    extract, negotiate,
-    picture_form::read_drawing,
-    problem::{Problem, ProblemView},
+    ApiState, auth::Caller, download::disposition, extract, negotiate, picture_form::read_drawing, problem::Problem,
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -91,8 +86,7 @@ struct DrawnJoint {
     params(("Accept" = Option<String>, Header, description = "`application/zip` (default) or `application/json`")),
     request_body(content = DrawingAnnotationForm, content_type = "multipart/form-data"),
     responses((status = 200, description = "what was found", content((String = "application/zip"), (DrawingAnnotationView = "application/json")),
-            headers(("Content-Disposition" = String))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+            headers(("Content-Disposition" = String)))))]
 async fn annotate(
     State(state): State<ApiState>,
     Caller(owner): Caller,

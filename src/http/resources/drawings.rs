@@ -15,7 +15,7 @@ use crate::{
         idempotency::IdempotencyKey,
         one_shot::OneShotHeaders,
         prefer::Prefer,
-        problem::{Problem, ProblemView},
+        problem::Problem,
         resources::retarget::answer,
         upload::{self, Parts},
         views::JobView,
@@ -83,8 +83,7 @@ pub(in crate::http) struct DrawingForm {
             (Object = "application/json")),
             headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
                 ("Content-Disposition" = String))),
-        (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32)))))]
 async fn draw(
     State(state): State<ApiState>,
     Caller(owner): Caller,

@@ -2,26 +2,29 @@
 
 use axum::{
     body::Body,
-    extract::{Request, State},
+    extract::{FromRequest, Request, State},
     response::Response,
 };
+use serde::Deserialize;
+use serde_json::{Map, Value};
 use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::by_asset::{EditBody, read_edit};
+use super::new_job::{InputBody, config_document, read_inputs};
 use crate::{
     http::{
         ApiState,
         auth::Caller,
+        extract::{JsonBody, is_media_type},
         idempotency::IdempotencyKey,
         one_shot::OneShotHeaders,
         prefer::Prefer,
-        problem::{Problem, ProblemView},
+        problem::Problem,
         resources::retarget::answer,
-        upload::Parts,
+        upload::{self, Parts},
         views::JobView,
     },
-    jobs::JobTask,
+    jobs::{JobTask, NewJob},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -45,6 +48,29 @@ pub(in crate::http) struct EditForm {
     preset: Option<String>,
 }
 
+/// An edit of an uploaded file.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewEdit)]
+pub(in crate::http) struct EditBody {
+    /// The file with the animation.
+    source: InputBody,
+    /// The rig in its rest pose, where the file does not hold it.
+    source_rest: Option<InputBody>,
+    /// The retarget spec, whose `edit` says what is to be done.
+    #[schema(value_type = Option<Object>)]
+    config: Option<Map<String, Value>>,
+    /// A preset that the config is laid over.
+    preset: Option<String>,
+}
+
+impl EditBody {
+    fn read(self) -> Result<NewJob, Problem> {
+        let inputs = read_inputs([Some(self.source), None, self.source_rest, None, None])?;
+        Ok(NewJob { inputs, config: self.config.map(config_document), preset: self.preset, ..NewJob::default() })
+    }
+}
+
 /// Edits the clip of a file (timing, loop seams, mirroring) and returns the file.
 ///
 /// The format is that of `Accept`, else of the config's `output.format`, else GLB. A glTF or VRM keeps everything
@@ -61,8 +87,7 @@ pub(in crate::http) struct EditForm {
             (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
             headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
                 ("Content-Disposition" = String))),
-        (status = 202, body = JobView, description = "not finished within the wait", headers(("Location" = String), ("Retry-After" = u32))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 202, body = JobView, description = "not finished within the wait", headers(("Location" = String), ("Retry-After" = u32)))))]
 async fn edit(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -71,7 +96,11 @@ async fn edit(
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     let headers = OneShotHeaders::read(&state, request.headers(), idempotency_key).await?;
-    let Parts { files, mut new } = read_edit(request, &state).await?;
+    let Parts { files, mut new } = if is_media_type(request.headers(), "application/json") {
+        Parts::of_assets(JsonBody::<EditBody>::from_request(request, &state).await?.0.read()?)
+    } else {
+        upload::read_edit(request, &state).await?
+    };
     new.task = Some(JobTask::Edit);
     headers.apply(&mut new);
     answer(&state, &owner, &prefer, Parts { files, new }).await

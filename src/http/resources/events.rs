@@ -22,7 +22,7 @@ use crate::{
         auth::{Caller, shown_key},
         code::Code,
         extract::{self, Id},
-        problem::{Problem, ProblemView},
+        problem::Problem,
         views::ProgressView,
     },
     jobs::{BatchId, EventRecord, EventStream, Followed, JobId, Principal, StreamToken, Told},
@@ -138,8 +138,7 @@ struct ServerSentEvent {
 #[utoipa::path(get, path = "/v1/events", operation_id = "follow_everything", tag = "events",
     params(("token" = Option<String>, Query, description = "of `POST /v1/stream-tokens`, where no header can be sent"),
         ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last received event")),
-    responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the event stream"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the event stream")))]
 async fn of_everything(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -158,8 +157,7 @@ async fn of_everything(
         ("token" = Option<String>, Query, description = "of `POST /v1/stream-tokens`, where no header can be sent"),
         ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last received event")),
     responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the event stream"),
-        (status = 204, description = "the job has finished, and the client has received its end"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 204, description = "the job has finished, and the client has received its end")))]
 async fn of_job(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -178,8 +176,7 @@ async fn of_job(
         ("token" = Option<String>, Query, description = "of `POST /v1/stream-tokens`, where no header can be sent"),
         ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last received event")),
     responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the event stream"),
-        (status = 204, description = "all jobs have finished, and the client has received their end"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 204, description = "all jobs have finished, and the client has received their end")))]
 async fn of_batch(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -207,8 +204,7 @@ struct StreamTokenView {
 /// `/v1/events?token=…` or `/v1/jobs/{id}/events?token=…` with it within a minute. It allows what the key allows of streams, and ends with it.
 /// Where no key is required, streams open without one.
 #[utoipa::path(post, path = "/v1/stream-tokens", operation_id = "create_stream_token", tag = "events",
-    responses((status = 201, body = StreamTokenView, description = "made"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 201, body = StreamTokenView, description = "made")))]
 async fn make_token(State(state): State<ApiState>, headers: HeaderMap) -> Result<Response, Problem> {
     let key = shown_key(&state, &headers).await?.ok_or_else(|| {
         Problem::new(Code::Forbidden, "tokens for event streams are made with a key, and the request has none")

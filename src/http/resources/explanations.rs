@@ -10,12 +10,7 @@ use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{new_job::SuggestionBody, proposals::read_files, retarget::RetargetForm};
-use crate::http::{
-    ApiState,
-    auth::Caller,
-    extract::QueryOf,
-    problem::{Problem, ProblemView},
-};
+use crate::http::{ApiState, auth::Caller, extract::QueryOf, problem::Problem};
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
     OpenApiRouter::new().routes(routes!(explain))
@@ -43,8 +38,7 @@ struct Question {
 #[utoipa::path(post, path = "/v1/explanations", tag = "retarget", params(Question),
     request_body(description = "two files", content(
         (SuggestionBody = "application/json"), (RetargetForm = "multipart/form-data"))),
-    responses((status = 200, body = Object, description = "the explanation"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = Object, description = "the explanation")))]
 async fn explain(
     State(state): State<ApiState>,
     Caller(owner): Caller,

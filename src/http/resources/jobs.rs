@@ -29,7 +29,7 @@ use crate::{
         idempotency::{IdempotencyKey, replayed},
         json_text, negotiate, page, page_text,
         prefer::Prefer,
-        problem::{Problem, ProblemView},
+        problem::Problem,
         quota, upload,
         views::{JobPageView, JobView},
     },
@@ -58,8 +58,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
     request_body(description = "the job", content(
         (NewJobBody = "application/json"), (super::retarget::RetargetForm = "multipart/form-data"))),
     responses((status = 202, body = JobView, description = "accepted", headers(("Location" = String), ("Retry-After" = u32))),
-        (status = 200, body = EndedOrChecked, description = "finished within the wait; with `validate_only`, what the job would do"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 200, body = EndedOrChecked, description = "finished within the wait; with `validate_only`, what the job would do")))]
 async fn create(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -153,8 +152,7 @@ struct ListQuery {
 
 /// Lists jobs, newest first.
 #[utoipa::path(get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs", params(ListQuery),
-    responses((status = 200, body = JobPageView, description = "a page"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = JobPageView, description = "a page")))]
 async fn list(
     State(jobs): State<Jobs>,
     State(settings): State<Shared<Settings>>,
@@ -203,8 +201,7 @@ impl ListQuery {
 /// With `Prefer: wait=N` the answer comes when the job has finished, or after N seconds.
 #[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "show_job", tag = "jobs", params(("id" = String, Path, description = "the job"),
     ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end")),
-    responses((status = 200, body = JobView, description = "the job; `Retry-After` while it is unfinished"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = JobView, description = "the job; `Retry-After` while it is unfinished")))]
 async fn show(
     State(jobs): State<Jobs>,
     State(settings): State<Shared<Settings>>,
@@ -223,16 +220,14 @@ async fn show(
 ///
 /// May be repeated, whatever the load. A finished job stays as it is.
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs", params(("id" = String, Path, description = "the job")),
-    responses((status = 200, body = JobView, description = "the job as it is now"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = JobView, description = "the job as it is now")))]
 async fn cancel(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<Response, Problem> {
     Ok(accepted(jobs.cancel(&owner, &id).await?, StatusCode::OK))
 }
 
 /// Repeats a job as a new job.
 #[utoipa::path(post, path = "/v1/jobs/{id}/retry", operation_id = "retry_job", tag = "jobs", params(("id" = String, Path, description = "the job")),
-    responses((status = 202, body = JobView, description = "the new job", headers(("Location" = String))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 202, body = JobView, description = "the new job", headers(("Location" = String)))))]
 async fn retry(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<Response, Problem> {
     Ok(accepted(jobs.retry(&owner, &id).await?, StatusCode::ACCEPTED))
 }
@@ -241,8 +236,7 @@ async fn retry(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId
 ///
 /// Refused while it is unfinished.
 #[utoipa::path(delete, path = "/v1/jobs/{id}", operation_id = "delete_job", tag = "jobs", params(("id" = String, Path, description = "the job")),
-    responses((status = 204, description = "removed"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 204, description = "removed")))]
 async fn delete(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<StatusCode, Problem> {
     jobs.delete(&owner, &id).await?;
     Ok(StatusCode::NO_CONTENT)
@@ -274,8 +268,7 @@ enum Included {
 #[utoipa::path(get, path = "/v1/jobs/{id}/report", operation_id = "show_report", tag = "jobs", params(("id" = String, Path, description = "the job"), ReportQuery,
     ("Accept" = Option<String>, Header, description = "`text/html` for a page")),
     responses((status = 200, description = "timings, counts, warnings and measures",
-            content((Object = "application/json"), (String = "text/html"))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+            content((Object = "application/json"), (String = "text/html")))))]
 async fn report(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,
@@ -325,8 +318,7 @@ async fn illustration(jobs: &Jobs, owner: &Principal, id: &JobId) -> Illustratio
 ///
 /// Everything that was detected is filled in; run again, it gives the same result.
 #[utoipa::path(get, path = "/v1/jobs/{id}/config", operation_id = "show_config", tag = "jobs", params(("id" = String, Path, description = "the job")),
-    responses((status = 200, body = Object, description = "the resolved spec"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = Object, description = "the resolved spec")))]
 async fn config(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<Response, Problem> {
     Ok(json_text(jobs.resolved_spec(&owner, &id).await?))
 }

@@ -19,7 +19,7 @@ use crate::{
         code::Code,
         download::ascii,
         extract::{Id, JsonBody, QueryOf},
-        problem::{Problem, ProblemView},
+        problem::Problem,
     },
     jobs::{ApiKeyId, ApiKeyRecord, Keys, NewKey, Principal, Scope},
 };
@@ -162,8 +162,7 @@ impl NewKeyBody {
 /// A principal has at most two valid keys: the one in use and its successor. To rotate, create the second, distribute
 /// it, and revoke the first.
 #[utoipa::path(post, path = "/v1/keys", operation_id = "create_key", tag = "keys", request_body = NewKeyBody,
-    responses((status = 201, body = CreatedKeyView, description = "created; the secret is shown only once", headers(("Location" = String))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 201, body = CreatedKeyView, description = "created; the secret is shown only once", headers(("Location" = String)))))]
 async fn create(State(state): State<ApiState>, request: Request<Body>) -> Result<Response, Problem> {
     let JsonBody(body) = JsonBody::<NewKeyBody>::from_request(request, &state).await?;
     let (text, key) = state.keys.create(body.read()?).await?;
@@ -176,8 +175,7 @@ async fn create(State(state): State<ApiState>, request: Request<Body>) -> Result
 ///
 /// Those that open something; with `all=true` also those that were revoked or have expired.
 #[utoipa::path(get, path = "/v1/keys", operation_id = "list_keys", tag = "keys", params(KeysQuery),
-    responses((status = 200, body = KeyListView, description = "the keys"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = KeyListView, description = "the keys")))]
 async fn list(State(keys): State<Keys>, QueryOf(query): QueryOf<KeysQuery>) -> Result<Json<KeyListView>, Problem> {
     Ok(Json(KeyListView { items: keys.list(query.all).await?.into_iter().map(KeyView::from).collect() }))
 }
@@ -186,8 +184,7 @@ async fn list(State(keys): State<Keys>, QueryOf(query): QueryOf<KeysQuery>) -> R
 ///
 /// Takes effect immediately. The data of its principal stays, and the key stays in the list of all keys.
 #[utoipa::path(delete, path = "/v1/keys/{id}", operation_id = "revoke_key", tag = "keys", params(("id" = String, Path, description = "the key, by its id")),
-    responses((status = 204, description = "revoked"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 204, description = "revoked")))]
 async fn revoke(State(keys): State<Keys>, Id(id): Id<ApiKeyId>) -> Result<StatusCode, Problem> {
     keys.revoke(&id).await?;
     Ok(StatusCode::NO_CONTENT)

@@ -22,7 +22,7 @@ use crate::{
         download::ascii,
         extract::{JsonBody, QueryOf},
         precondition,
-        problem::{Problem, ProblemView},
+        problem::Problem,
     },
     jobs::{AssetId, DocumentKind, Kept, Library, Precondition, Principal},
 };
@@ -170,8 +170,7 @@ fn answer(kept: Kept, status: StatusCode) -> Response {
 ///
 /// Built-in ones first; they can be read, not changed.
 #[utoipa::path(get, path = "/v1/rigs", tag = "rigs",
-    responses((status = 200, body = NamedDocumentListView, description = "all of them"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = NamedDocumentListView, description = "all of them")))]
 async fn list_rigs(
     State(library): State<Library>,
     Caller(owner): Caller,
@@ -183,8 +182,7 @@ async fn list_rigs(
 #[utoipa::path(get, path = "/v1/rigs/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
     VersionQuery, ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, body = Object, description = "the document", headers(("ETag" = String), ("Document-Version" = u64))),
-        (status = 304, description = "not modified"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 304, description = "not modified")))]
 async fn show_rig(
     State(library): State<Library>,
     Caller(owner): Caller,
@@ -210,8 +208,7 @@ async fn show_rig(
         ("If-None-Match" = Option<String>, Header, description = "`*`: only if there is none of that name")),
     request_body(content = Object, content_type = "application/json", description = "the document"),
     responses((status = 201, body = Object, description = "kept", headers(("Location" = String), ("ETag" = String), ("Document-Version" = u64))),
-        (status = 200, body = Object, description = "a new version, or the same as before", headers(("ETag" = String), ("Document-Version" = u64))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 200, body = Object, description = "a new version, or the same as before", headers(("ETag" = String), ("Document-Version" = u64)))))]
 async fn put_rig(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -251,8 +248,7 @@ async fn learned(
 /// Jobs that were submitted with it keep it.
 #[utoipa::path(delete, path = "/v1/rigs/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
     ("If-Match" = Option<String>, Header, description = "remove only the version with this `ETag`")),
-    responses((status = 204, description = "removed"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 204, description = "removed")))]
 async fn delete_rig(
     State(library): State<Library>,
     Caller(owner): Caller,
@@ -266,8 +262,7 @@ async fn delete_rig(
 ///
 /// Built-in ones first; they can be read, not changed.
 #[utoipa::path(get, path = "/v1/presets", tag = "rigs",
-    responses((status = 200, body = NamedDocumentListView, description = "all of them"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = NamedDocumentListView, description = "all of them")))]
 async fn list_presets(
     State(library): State<Library>,
     Caller(owner): Caller,
@@ -279,8 +274,7 @@ async fn list_presets(
 #[utoipa::path(get, path = "/v1/presets/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
     VersionQuery, ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, body = Object, description = "the document", headers(("ETag" = String), ("Document-Version" = u64))),
-        (status = 304, description = "not modified"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 304, description = "not modified")))]
 async fn show_preset(
     State(library): State<Library>,
     Caller(owner): Caller,
@@ -302,8 +296,7 @@ async fn show_preset(
         ("If-None-Match" = Option<String>, Header, description = "`*`: only if there is none of that name")),
     request_body(content = Object, content_type = "application/json", description = "the document"),
     responses((status = 201, body = Object, description = "kept", headers(("Location" = String), ("ETag" = String), ("Document-Version" = u64))),
-        (status = 200, body = Object, description = "a new version, or the same as before", headers(("ETag" = String), ("Document-Version" = u64))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 200, body = Object, description = "a new version, or the same as before", headers(("ETag" = String), ("Document-Version" = u64)))))]
 async fn put_preset(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -319,8 +312,7 @@ async fn put_preset(
 /// Jobs that were submitted with it keep it.
 #[utoipa::path(delete, path = "/v1/presets/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
     ("If-Match" = Option<String>, Header, description = "remove only the version with this `ETag`")),
-    responses((status = 204, description = "removed"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 204, description = "removed")))]
 async fn delete_preset(
     State(library): State<Library>,
     Caller(owner): Caller,

@@ -2,7 +2,6 @@
 
 pub(super) mod assets;
 pub(super) mod batches;
-mod by_asset;
 pub(super) mod comparisons;
 pub(super) mod displays;
 pub(super) mod drawing_annotations;

@@ -2,28 +2,28 @@
 
 use axum::{
     body::Body,
-    extract::{Request, State},
+    extract::{FromRequest, Request, State},
     response::Response,
 };
 use serde::Deserialize;
 use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::by_asset::{PoseBody, read_pose};
+use super::new_job::{InputBody, read_inputs};
 use crate::{
     http::{
         ApiState,
         auth::Caller,
-        extract::QueryOf,
+        extract::{JsonBody, QueryOf, is_media_type},
         idempotency::IdempotencyKey,
         one_shot::OneShotHeaders,
         prefer::Prefer,
-        problem::{Problem, ProblemView},
+        problem::Problem,
         resources::retarget::answer,
         upload::{self, Parts},
         views::JobView,
     },
-    jobs::{InputRole, JobTask},
+    jobs::{InputRole, JobTask, NewJob},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -46,6 +46,28 @@ pub(in crate::http) struct PoseForm {
     /// The other character in its rest pose, where its file does not hold it.
     #[schema(content_media_type = "application/octet-stream")]
     source_rest: Option<String>,
+}
+
+/// A pose of an uploaded character.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewPose)]
+pub(in crate::http) struct PoseBody {
+    /// The file with the character.
+    target: InputBody,
+    /// Another character, whose rest pose it takes.
+    source: Option<InputBody>,
+    /// The character in its rest pose, where its file does not hold it.
+    target_rest: Option<InputBody>,
+    /// The other character in its rest pose, where its file does not hold it.
+    source_rest: Option<InputBody>,
+}
+
+impl PoseBody {
+    fn read(self) -> Result<NewJob, Problem> {
+        let inputs = read_inputs([self.source, Some(self.target), self.source_rest, self.target_rest, None])?;
+        Ok(NewJob { inputs, ..NewJob::default() })
+    }
 }
 
 #[derive(Debug, Deserialize, IntoParams)]
@@ -97,8 +119,7 @@ impl PoseName {
             (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
             headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
                 ("Content-Disposition" = String))),
-        (status = 202, body = JobView, description = "not finished within the wait", headers(("Location" = String), ("Retry-After" = u32))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 202, body = JobView, description = "not finished within the wait", headers(("Location" = String), ("Retry-After" = u32)))))]
 async fn pose(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -108,7 +129,11 @@ async fn pose(
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     let headers = OneShotHeaders::read(&state, request.headers(), idempotency_key).await?;
-    let Parts { files, mut new } = read_pose(request, &state).await?;
+    let Parts { files, mut new } = if is_media_type(request.headers(), "application/json") {
+        Parts::of_assets(JsonBody::<PoseBody>::from_request(request, &state).await?.0.read()?)
+    } else {
+        upload::read_pose(request, &state).await?
+    };
     let has_source = files.has(InputRole::Source) || new.inputs.contains_key(&InputRole::Source);
     let to = query.to.unwrap_or(if has_source { PoseName::Source } else { PoseName::T });
     if to == PoseName::Source && !has_source {

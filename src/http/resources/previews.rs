@@ -16,7 +16,7 @@ use crate::{
         auth::Caller,
         code::Code,
         extract::{PathId as _, QueryOf, unusable},
-        problem::{Problem, ProblemView},
+        problem::Problem,
         unchanging::unchanging,
     },
     jobs::{AssetId, Assets, BatchId, Jobs, Pictured, ResultId},
@@ -77,8 +77,7 @@ struct PreviewQuery {
     params(("id" = String, Path, description = "the asset"), ("ending" = String, Path, description = "`png`, `webp`, `gif`, `apng` or `mp4`", example = "png"), PreviewQuery,
         ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
-        (status = 304, description = "not modified"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 304, description = "not modified")))]
 async fn of_asset(
     State(assets): State<Assets>,
     State(jobs): State<Jobs>,
@@ -99,8 +98,7 @@ async fn of_asset(
     params(("id" = String, Path, description = "the result"), ("ending" = String, Path, description = "`png`, `webp`, `gif`, `apng` or `mp4`", example = "png"), PreviewQuery,
         ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
-        (status = 304, description = "not modified"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 304, description = "not modified")))]
 async fn of_result(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,
@@ -122,8 +120,7 @@ async fn of_result(
     params(("id" = String, Path, description = "the batch"), ("ending" = String, Path, description = "`png`, `webp`, `gif`, `apng` or `mp4`", example = "png"), PreviewQuery,
         ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
-        (status = 304, description = "not modified"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 304, description = "not modified")))]
 async fn of_batch(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,

@@ -84,8 +84,7 @@ async fn ready(State(jobs): State<Jobs>, State(tokens): State<Tokens>) -> Result
 
 /// Returns metrics in the Prometheus format.
 #[utoipa::path(get, path = "/metrics", tag = "service",
-    responses((status = 200, body = String, content_type = "text/plain", description = "the metrics"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = String, content_type = "text/plain", description = "the metrics")))]
 async fn metrics(State(jobs): State<Jobs>, State(metrics): State<Metrics>) -> Response {
     jobs.observe_queue().await;
     ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], metrics.render()).into_response()

@@ -20,7 +20,7 @@ use crate::{
         auth::Caller,
         code::Code,
         extract::{self, JsonBody},
-        problem::{Problem, ProblemView},
+        problem::Problem,
         upload,
         views::{JobInputView, inputs_view},
     },
@@ -97,8 +97,7 @@ enum ConfigCheckView {
 #[utoipa::path(post, path = "/v1/mapping-suggestions", tag = "rigs",
     request_body(description = "two files", content(
         (SuggestionBody = "application/json"), (RetargetForm = "multipart/form-data"))),
-    responses((status = 200, body = ProposalView, description = "the proposal"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = ProposalView, description = "the proposal")))]
 async fn suggest(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -125,8 +124,7 @@ pub(super) async fn read_files(request: Request<Body>, state: &ApiState, owner: 
 #[utoipa::path(post, path = "/v1/config-checks", operation_id = "check_config", tag = "rigs",
     request_body(description = "a config, and perhaps two files", content(
         (CheckBody = "application/json"), (RetargetForm = "multipart/form-data"))),
-    responses((status = 200, body = ConfigCheckView, description = "the config is valid"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = ConfigCheckView, description = "the config is valid")))]
 async fn check(
     State(state): State<ApiState>,
     Caller(owner): Caller,

@@ -9,14 +9,7 @@ use axum::{
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
-    http::{
-        ApiState,
-        auth::Caller,
-        download::File,
-        extract::Id,
-        problem::{Problem, ProblemView},
-        views::ResultView,
-    },
+    http::{ApiState, auth::Caller, download::File, extract::Id, problem::Problem, views::ResultView},
     jobs::{Jobs, ResultId},
 };
 
@@ -26,8 +19,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
 
 /// Shows a result.
 #[utoipa::path(get, path = "/v1/results/{id}", operation_id = "show_result", tag = "results", params(("id" = String, Path, description = "the result")),
-    responses((status = 200, body = ResultView, description = "the result"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = ResultView, description = "the result")))]
 async fn show(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,
@@ -44,8 +36,7 @@ async fn show(
     ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "*/*", body = String, description = "the bytes, under the media type of the format"),
         (status = 206, content_type = "*/*", body = String, description = "a range of the bytes"),
-        (status = 304, description = "not modified"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 304, description = "not modified")))]
 async fn content(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,

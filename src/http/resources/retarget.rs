@@ -2,7 +2,7 @@
 
 use axum::{
     body::Body,
-    extract::{Request, State},
+    extract::{FromRequest, Request, State},
     http::StatusCode,
     response::{IntoResponse, Response},
 };
@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{by_asset::read_retarget, new_job::SuggestionBody};
+use super::new_job::SuggestionBody;
 use crate::{
     http::{
         ApiState,
@@ -20,13 +20,14 @@ use crate::{
         caching,
         code::Code,
         download::{File, ascii},
+        extract::{JsonBody, is_media_type},
         idempotency::{IdempotencyKey, replayed},
         judgment,
         one_shot::OneShotHeaders,
         prefer::Prefer,
-        problem::{Problem, ProblemView},
+        problem::Problem,
         quota,
-        upload::Parts,
+        upload::{self, Parts},
         views::JobView,
     },
     jobs::{Awaited, HandedFile, JobId, JobRecord, JobSnapshot, JobState, Jobs, NewJob, Principal, Submitted},
@@ -94,8 +95,7 @@ impl Drop for StopUnlessAnswered {
             (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
             headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64), ("Cache-Status" = String),
                 ("Content-Disposition" = String))),
-        (status = 202, body = JobView, description = "not finished within the wait", headers(("Location" = String), ("Retry-After" = u32))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+        (status = 202, body = JobView, description = "not finished within the wait", headers(("Location" = String), ("Retry-After" = u32)))))]
 async fn retarget(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -104,7 +104,11 @@ async fn retarget(
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     let headers = OneShotHeaders::read(&state, request.headers(), idempotency_key).await?;
-    let Parts { files, mut new } = read_retarget(request, &state).await?;
+    let Parts { files, mut new } = if is_media_type(request.headers(), "application/json") {
+        Parts::of_assets(JsonBody::<SuggestionBody>::from_request(request, &state).await?.0.read()?)
+    } else {
+        upload::read_job(request, &state).await?
+    };
     headers.apply(&mut new);
     answer(&state, &owner, &prefer, Parts { files, new }).await
 }

@@ -8,11 +8,7 @@ use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
-    http::{
-        ApiState,
-        auth::Caller,
-        problem::{Problem, ProblemView},
-    },
+    http::{ApiState, auth::Caller, problem::Problem},
     jobs::{Holdings, JobState, Jobs, Usage},
 };
 
@@ -62,8 +58,7 @@ struct QuotaView {
 
 /// Shows the usage of the caller.
 #[utoipa::path(get, path = "/v1/usage", operation_id = "show_usage", tag = "service",
-    responses((status = 200, body = UsageView, description = "jobs, files and streams of the caller"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = UsageView, description = "jobs, files and streams of the caller")))]
 async fn usage(State(jobs): State<Jobs>, Caller(owner): Caller) -> Result<Json<UsageView>, Problem> {
     let Usage { holdings, event_streams, quota } = jobs.usage(&owner).await?;
     let Holdings { jobs, assets, asset_bytes, results, result_bytes } = holdings;

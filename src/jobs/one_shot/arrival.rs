@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Awaiting;
 use crate::{
-    jobs::{Assets, NewJob, ReceivedFile, Refusal, Submitted, inputs::InputBytes},
+    jobs::{Assets, NewJob, ReceivedFile, Refusal, Submitted, engine::InputBytes},
     store::{AssetId, InputRole, Principal},
 };
 

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     engine::Timings,
-    jobs::{JobSnapshot, Jobs, Refusal, changes::Change, inputs::InputBytes, library, running::new_control},
+    jobs::{JobSnapshot, Jobs, Refusal, changes::Change, engine::InputBytes, library, running::new_control},
     store::{FinishedJob, JobId, JobRecord, JobState, Principal},
 };
 

@@ -139,9 +139,8 @@ fn drives(mapping: &Mapping) -> Vec<bool> {
 fn range_degrees(performer: &Performer<'_>, joint: usize) -> f64 {
     let Performer { rig, clip, .. } = performer;
     let rest = rig.skeleton().joints()[joint].rest.rotation;
-    let rotation = |clip: &Clip, frame: usize| -> DQuat {
-        clip.joints()[joint].rotation.at(frame, rest.as_quat()).as_dquat().normalize()
-    };
+    let rotation =
+        |clip: &Clip, frame: usize| -> DQuat { clip.joints()[joint].rotation.wide_at(frame, rest).normalize() };
     if !clip.joints()[joint].rotation.is_animated() {
         return 0.0;
     }

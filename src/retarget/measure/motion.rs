@@ -216,9 +216,9 @@ impl<'a> Kinematics<'a> {
         for (position, &joint) in self.joints.iter().enumerate() {
             let (tracks, rest) = (&clip.joints()[joint], &rig.skeleton().joints()[joint].rest);
             let local = Transform {
-                translation: tracks.translation.at(frame, rest.translation.as_vec3()).as_dvec3(),
-                rotation: unit(tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat()),
-                scale: tracks.scale.at(frame, rest.scale.as_vec3()).as_dvec3(),
+                translation: tracks.translation.wide_at(frame, rest.translation),
+                rotation: unit(tracks.rotation.wide_at(frame, rest.rotation)),
+                scale: tracks.scale.wide_at(frame, rest.scale),
             };
             model[position] = self.parents[position].map_or(local, |parent| model[parent].then_child(&local));
         }

@@ -6,35 +6,16 @@ use sqlx::{Row, any::AnyRow};
 use super::{Records, optional_time, principal, read_id, time};
 use crate::store::{ApiKeyId, Principal, StoreError};
 
-/// What a key allows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Scope {
-    /// To look at one's own files, jobs, results, rigs and presets.
-    Read,
-    /// To upload, to ask for jobs, and to change and remove what is one's own.
-    Write,
-    /// To make, list and revoke keys, for everybody.
-    Admin,
-}
-
-impl Scope {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Read, Self::Write, Self::Admin];
-
-    /// The name on the wire and in the database.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Read => "read",
-            Self::Write => "write",
-            Self::Admin => "admin",
-        }
-    }
-
-    /// The scope of a name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|scope| scope.name() == name)
+named! {
+    /// What a key allows.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Scope {
+        /// To look at one's own files, jobs, results, rigs and presets.
+        Read = "read",
+        /// To upload, to ask for jobs, and to change and remove what is one's own.
+        Write = "write",
+        /// To make, list and revoke keys, for everybody.
+        Admin = "admin",
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use jiff::Timestamp;
 use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{
@@ -152,16 +151,5 @@ impl Records {
         let row = sqlx::query(query).bind(id.as_str()).fetch_optional(&mut *transaction).await?;
         self.commit(transaction).await?;
         row.as_ref().map(read).transpose()
-    }
-
-    /// Keeps a file at least until `expires_at`. Gives whether it is there.
-    ///
-    /// # Errors
-    /// When the database fails.
-    pub async fn keep_asset(&self, id: &AssetId, expires_at: Timestamp) -> Result<bool, StoreError> {
-        let query =
-            "UPDATE assets SET expires_at = CASE WHEN expires_at > $2 THEN expires_at ELSE $2 END WHERE id = $1";
-        let done = self.execute(sqlx::query(query).bind(id.as_str()).bind(expires_at.as_millisecond())).await?;
-        Ok(done.rows_affected() > 0)
     }
 }

@@ -7,33 +7,15 @@ use jiff::Timestamp;
 use super::{Idempotency, JobState, JobVerdict};
 use crate::store::{BatchId, JobId, Principal};
 
-/// What a failure does to the jobs of the same batch that wait.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OnError {
-    /// Nothing.
-    #[default]
-    Continue,
-    /// They do not start any more.
-    Stop,
-}
-
-impl OnError {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Continue, Self::Stop];
-
-    /// The name on the wire and in the database.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Continue => "continue",
-            Self::Stop => "stop",
-        }
-    }
-
-    /// The one of a name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|on_error| on_error.name() == name)
+named! {
+    /// What a failure does to the jobs of the same batch that wait.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum OnError {
+        /// Nothing.
+        #[default]
+        Continue = "continue",
+        /// They do not start any more.
+        Stop = "stop",
     }
 }
 

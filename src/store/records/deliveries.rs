@@ -41,35 +41,16 @@ impl DeliveryEvent {
     }
 }
 
-/// How far a delivery is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DeliveryState {
-    /// It is made, or will be tried again.
-    Pending,
-    /// The receiver has it.
-    Delivered,
-    /// It is not tried any more.
-    Failed,
-}
-
-impl DeliveryState {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Pending, Self::Delivered, Self::Failed];
-
-    /// The name on the wire and in the database.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pending => "pending",
-            Self::Delivered => "delivered",
-            Self::Failed => "failed",
-        }
-    }
-
-    /// The state of a name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|state| state.name() == name)
+named! {
+    /// How far a delivery is.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum DeliveryState {
+        /// It is made, or will be tried again.
+        Pending = "pending",
+        /// The receiver has it.
+        Delivered = "delivered",
+        /// It is not tried any more.
+        Failed = "failed",
     }
 }
 

@@ -7,48 +7,27 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::store::{AssetId, BatchId, JobId, Judgment, LeaseId, Principal, ResultRecord, WebhookId};
 
-/// Where a job is in its life.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum JobState {
-    /// Waits for a worker.
-    Queued,
-    /// A worker has it.
-    Running,
-    /// A worker has it and was told to stop.
-    Canceling,
-    /// Its results are there.
-    Succeeded,
-    /// It ended without results.
-    Failed,
-    /// It was stopped on request.
-    Canceled,
+named! {
+    /// Where a job is in its life.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum JobState {
+        /// Waits for a worker.
+        Queued = "queued",
+        /// A worker has it.
+        Running = "running",
+        /// A worker has it and was told to stop.
+        Canceling = "canceling",
+        /// Its results are there.
+        Succeeded = "succeeded",
+        /// It ended without results.
+        Failed = "failed",
+        /// It was stopped on request.
+        Canceled = "canceled",
+    }
 }
 
 impl JobState {
-    /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Queued, Self::Running, Self::Canceling, Self::Succeeded, Self::Failed, Self::Canceled];
-
-    /// The name on the wire.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Queued => "queued",
-            Self::Running => "running",
-            Self::Canceling => "canceling",
-            Self::Succeeded => "succeeded",
-            Self::Failed => "failed",
-            Self::Canceled => "canceled",
-        }
-    }
-
-    /// The state of that wire name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|state| state.name() == name)
-    }
-
     /// Whether it never changes again.
     #[must_use]
     pub const fn is_final(self) -> bool {
@@ -56,39 +35,19 @@ impl JobState {
     }
 }
 
-/// What a job does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum JobKind {
-    /// Puts a clip onto a character.
-    #[default]
-    Retarget,
-    /// Edits a clip.
-    Edit,
-    /// Puts a character into a pose.
-    Pose,
-    /// Lets a drawing move.
-    Draw,
-}
-
-impl JobKind {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Retarget, Self::Edit, Self::Pose, Self::Draw];
-
-    /// The name on the wire and in the database.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Retarget => "retarget",
-            Self::Edit => "edit",
-            Self::Pose => "pose",
-            Self::Draw => "draw",
-        }
-    }
-
-    /// The kind of a name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name)
+named! {
+    /// What a job does.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum JobKind {
+        /// Puts a clip onto a character.
+        #[default]
+        Retarget = "retarget",
+        /// Edits a clip.
+        Edit = "edit",
+        /// Puts a character into a pose.
+        Pose = "pose",
+        /// Lets a drawing move.
+        Draw = "draw",
     }
 }
 
@@ -145,42 +104,21 @@ impl JobTask {
     }
 }
 
-/// What a file is to a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum InputRole {
-    /// The file with the animation.
-    Source,
-    /// The file with the character.
-    Target,
-    /// The source rig in its rest pose.
-    SourceRest,
-    /// The target rig in its rest pose.
-    TargetRest,
-    /// What goes beside a drawing: configs of *Animated Drawings* and a background, in an archive.
-    Scene,
-}
-
-impl InputRole {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Source, Self::Target, Self::SourceRest, Self::TargetRest, Self::Scene];
-
-    /// The name on the wire.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Source => "source",
-            Self::Target => "target",
-            Self::SourceRest => "source_rest",
-            Self::TargetRest => "target_rest",
-            Self::Scene => "scene",
-        }
-    }
-
-    /// The role of that wire name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|role| role.name() == name)
+named! {
+    /// What a file is to a job.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum InputRole {
+        /// The file with the animation.
+        Source = "source",
+        /// The file with the character.
+        Target = "target",
+        /// The source rig in its rest pose.
+        SourceRest = "source_rest",
+        /// The target rig in its rest pose.
+        TargetRest = "target_rest",
+        /// What goes beside a drawing: configs of *Animated Drawings* and a background, in an archive.
+        Scene = "scene",
     }
 }
 

@@ -5,38 +5,18 @@ use sqlx::{Row, any::AnyRow};
 
 use crate::store::StoreError;
 
-/// The verdict of a report.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum JobVerdict {
-    /// As good as one could wish.
-    Pass,
-    /// Worth a look.
-    Warn,
-    /// Visibly wrong.
-    Fail,
-    /// Nothing could be measured.
-    NotApplicable,
-}
-
-impl JobVerdict {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Pass, Self::Warn, Self::Fail, Self::NotApplicable];
-
-    /// The name on the wire and in the database.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Warn => "warn",
-            Self::Fail => "fail",
-            Self::NotApplicable => "not_applicable",
-        }
-    }
-
-    /// The one of a name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|verdict| verdict.name() == name)
+named! {
+    /// The verdict of a report.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    pub enum JobVerdict {
+        /// As good as one could wish.
+        Pass = "pass",
+        /// Worth a look.
+        Warn = "warn",
+        /// Visibly wrong.
+        Fail = "fail",
+        /// Nothing could be measured.
+        NotApplicable = "not_applicable",
     }
 }
 

@@ -34,27 +34,14 @@ pub struct WebhookRecord {
     pub disabled: Option<(Timestamp, DisabledReason)>,
 }
 
-/// Why a webhook is told nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DisabledReason {
-    /// Its receiver answered that it is gone for good (410).
-    Gone,
-    /// It has failed for too long.
-    Failing,
-}
-
-impl DisabledReason {
-    /// The name on the wire and in the database.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Gone => "gone",
-            Self::Failing => "failing",
-        }
-    }
-
-    fn from_name(name: &str) -> Option<Self> {
-        [Self::Gone, Self::Failing].into_iter().find(|reason| reason.name() == name)
+named! {
+    /// Why a webhook is told nothing.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum DisabledReason {
+        /// Its receiver answered that it is gone for good (410).
+        Gone = "gone",
+        /// It has failed for too long.
+        Failing = "failing",
     }
 }
 

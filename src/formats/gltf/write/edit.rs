@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value, json};
 
-use super::{Output, animation, array, binary::Binary, images, skeleton::rotation, streams::decoded_buffer, to_value};
+use super::{Binary, Output, animation, array, images, skeleton::rotation, streams::decoded_buffer, to_value};
 use crate::{
     formats::{
         Format, FormatError, TargetClips, WriteOptions,

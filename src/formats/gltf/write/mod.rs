@@ -1,7 +1,6 @@
 //! A scene and a clip to a file: the target's own document with one more animation, or a new document with the skeleton.
 
 mod animation;
-mod binary;
 mod carried;
 mod display;
 mod edit;
@@ -27,9 +26,11 @@ use crate::{
     formats::{Compression, Format, FormatError, Include, WriteOptions, written},
     model::{Clip, ClipError, Control, Reporter, Scene},
 };
-use binary::Binary;
 use schema::{Accessor, BufferView, List, Target};
 use skeleton::Content;
+
+/// Where every piece of the buffer begins: floats and the data of compressed views need four.
+const ALIGNMENT: usize = 4;
 
 /// A document whose buffers are one run of bytes.
 #[derive(Debug)]
@@ -77,28 +78,49 @@ impl<'a> Output<'a> {
     }
 }
 
+/// The bytes of the one buffer of an output, as pieces that are copied once, at the end.
+#[derive(Debug, Default)]
+struct Binary<'a> {
+    pieces: Vec<Cow<'a, [u8]>>,
+    length: usize,
+}
+
+impl<'a> Binary<'a> {
+    /// Adds a piece and says at which byte it begins.
+    fn push(&mut self, piece: Cow<'a, [u8]>) -> usize {
+        let offset = self.length.next_multiple_of(ALIGNMENT);
+        let padding = offset - self.length;
+        if padding > 0 {
+            self.pieces.push(Cow::Borrowed(&[0; ALIGNMENT][..padding]));
+        }
+        self.length = offset + piece.len();
+        self.pieces.push(piece);
+        offset
+    }
+
+    /// Number of bytes, without padding at the end.
+    const fn length(&self) -> usize {
+        self.length
+    }
+
+    /// The pieces in order, padding included.
+    fn pieces(&self) -> impl Iterator<Item = &[u8]> {
+        self.pieces.iter().map(Cow::as_ref)
+    }
+}
+
 /// Encodes the clip as the first animation of the target.
 ///
 /// A target that came from glTF keeps everything that it had, with all buffers merged into one; accessors of animations
 /// that are dropped stay in place without use. Any other target, and [`Include::SkeletonAndAnimation`], give a new
 /// document with nodes, one skin per tree of joints, and the animation; and of a target that came from FBX its meshes as triangles,
-/// with plain materials. The target must be in +Y up, +Z front and meters.
+/// with plain materials. The target must be in +Y up, +Z front and meters. Nodes of `posed` joints are written as the target's skeleton
+/// has them, and not as its document does.
 ///
 /// # Errors
 /// When the clip is not of the target's skeleton, when a VRM is asked for and the target is none, when the output would be
 /// larger than a GLB can be; or when the work is canceled.
 pub(in crate::formats) fn write(
-    target: &Scene,
-    clip: &Clip,
-    options: &WriteOptions,
-    control: &Control,
-    reporter: &mut Reporter,
-) -> Result<Vec<u8>, FormatError> {
-    write_posed(target, &[], clip, options, control, reporter)
-}
-
-/// As [`write`], with the nodes of the `posed` joints as the target's skeleton has them, and not as its document does.
-pub(in crate::formats) fn write_posed(
     target: &Scene,
     posed: &[usize],
     clip: &Clip,
@@ -126,7 +148,7 @@ pub(in crate::formats) fn write_posed(
         let clip = stretched.clip_of_nodes(&target.skeleton, clip);
         let clip = clip.map_err(malformed)?;
         let posed = stretched.posed_below(&target.skeleton, posed);
-        return write_posed(&nodes, &posed, &clip, options, control, reporter);
+        return write(&nodes, &posed, &clip, options, control, reporter);
     }
     if options.format == Format::Vrma {
         return vrma::write(target, clip, options, control, reporter);

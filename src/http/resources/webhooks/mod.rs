@@ -21,7 +21,7 @@ use crate::{
         download::ascii,
         extract::{Id, JsonBody, QueryOf, known},
         page,
-        problem::{Problem, ProblemView},
+        problem::Problem,
     },
     jobs::{DeliveryId, DeliveryRecord, DeliveryState, WebhookId, Webhooks},
 };
@@ -43,8 +43,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
 /// It receives a `POST` when a job finishes, signed by the Standard Webhooks scheme, at least once each; `webhook-id`
 /// identifies repetitions. Everything that it receives is also in `GET /v1/jobs/{id}`.
 #[utoipa::path(post, path = "/v1/webhooks", operation_id = "create_webhook", tag = "webhooks", request_body = NewWebhookBody,
-    responses((status = 201, body = WebhookWithSecretView, description = "created; the secret is shown only once", headers(("Location" = String))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 201, body = WebhookWithSecretView, description = "created; the secret is shown only once", headers(("Location" = String)))))]
 async fn create(
     State(state): State<ApiState>,
     Caller(owner): Caller,
@@ -58,16 +57,14 @@ async fn create(
 
 /// Lists all webhooks of the caller.
 #[utoipa::path(get, path = "/v1/webhooks", operation_id = "list_webhooks", tag = "webhooks",
-    responses((status = 200, body = WebhookListView, description = "all of them"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = WebhookListView, description = "all of them")))]
 async fn list(State(webhooks): State<Webhooks>, Caller(owner): Caller) -> Result<Json<WebhookListView>, Problem> {
     Ok(Json(WebhookListView { items: webhooks.list(&owner).await?.into_iter().map(WebhookView::from).collect() }))
 }
 
 /// Shows a webhook.
 #[utoipa::path(get, path = "/v1/webhooks/{id}", operation_id = "show_webhook", tag = "webhooks", params(("id" = String, Path, description = "the webhook")),
-    responses((status = 200, body = WebhookView, description = "the webhook"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = WebhookView, description = "the webhook")))]
 async fn show(
     State(webhooks): State<Webhooks>,
     Caller(owner): Caller,
@@ -80,8 +77,7 @@ async fn show(
 ///
 /// Pending deliveries are dropped.
 #[utoipa::path(delete, path = "/v1/webhooks/{id}", operation_id = "delete_webhook", tag = "webhooks", params(("id" = String, Path, description = "the webhook")),
-    responses((status = 204, description = "removed"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 204, description = "removed")))]
 async fn delete(
     State(webhooks): State<Webhooks>,
     Caller(owner): Caller,
@@ -95,8 +91,7 @@ async fn delete(
 ///
 /// Without retries. A disabled webhook that answers is enabled again.
 #[utoipa::path(post, path = "/v1/webhooks/{id}/ping", operation_id = "ping_webhook", tag = "webhooks", params(("id" = String, Path, description = "the webhook")),
-    responses((status = 202, body = DeliveryView, description = "accepted; the delivery has the outcome", headers(("Location" = String))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 202, body = DeliveryView, description = "accepted; the delivery has the outcome", headers(("Location" = String)))))]
 async fn ping(
     State(webhooks): State<Webhooks>,
     Caller(owner): Caller,
@@ -110,8 +105,7 @@ async fn ping(
 /// The previous secret also signs for a day, so that the receiver can be switched over.
 #[utoipa::path(post, path = "/v1/webhooks/{id}/secret-rotations", operation_id = "rotate_webhook_secret", tag = "webhooks",
     params(("id" = String, Path, description = "the webhook")),
-    responses((status = 200, body = WebhookWithSecretView, description = "the new secret, shown only once"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = WebhookWithSecretView, description = "the new secret, shown only once")))]
 async fn rotate_secret(
     State(webhooks): State<Webhooks>,
     Caller(owner): Caller,
@@ -138,8 +132,7 @@ struct DeliveriesQuery {
 /// Kept for the period of the limit `delivery_retention` after they were completed or abandoned.
 #[utoipa::path(get, path = "/v1/webhooks/{id}/deliveries", operation_id = "list_deliveries", tag = "webhooks",
     params(("id" = String, Path, description = "the webhook"), DeliveriesQuery),
-    responses((status = 200, body = DeliveryPageView, description = "a page"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = DeliveryPageView, description = "a page")))]
 async fn deliveries(
     State(webhooks): State<Webhooks>,
     State(settings): State<Shared<Settings>>,
@@ -161,8 +154,7 @@ async fn deliveries(
 
 /// Shows a delivery.
 #[utoipa::path(get, path = "/v1/deliveries/{id}", operation_id = "show_delivery", tag = "webhooks", params(("id" = String, Path, description = "the delivery")),
-    responses((status = 200, body = DeliveryView, description = "the delivery"),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 200, body = DeliveryView, description = "the delivery")))]
 async fn delivery(
     State(webhooks): State<Webhooks>,
     Caller(owner): Caller,
@@ -175,8 +167,7 @@ async fn delivery(
 ///
 /// Immediately, whatever the state of the delivery, under the same `webhook-id` and with the full retry schedule.
 #[utoipa::path(post, path = "/v1/deliveries/{id}/redeliver", operation_id = "redeliver", tag = "webhooks", params(("id" = String, Path, description = "the delivery")),
-    responses((status = 202, body = DeliveryView, description = "accepted", headers(("Location" = String))),
-        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+    responses((status = 202, body = DeliveryView, description = "accepted", headers(("Location" = String)))))]
 async fn redeliver(
     State(webhooks): State<Webhooks>,
     Caller(owner): Caller,

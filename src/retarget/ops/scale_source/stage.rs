@@ -43,10 +43,10 @@ impl ScaledSource {
         let factor = self.scale.factor;
         for (joint, rest) in &self.roots {
             let tracks = &mut joints[*joint];
-            let place = |frame: usize| tracks.translation.at(frame, rest.translation.as_vec3()).as_dvec3();
+            let place = |frame: usize| tracks.translation.wide_at(frame, rest.translation);
             let moved =
                 pivots.iter().enumerate().map(|(frame, pivot)| (*pivot + (place(frame) - *pivot) * factor).as_vec3());
-            let size = |frame: usize| (tracks.scale.at(frame, rest.scale.as_vec3()).as_dvec3() * factor).as_vec3();
+            let size = |frame: usize| (tracks.scale.wide_at(frame, rest.scale) * factor).as_vec3();
             let (translation, scale) = (
                 Track::Sampled(moved.collect::<Vec<Vec3>>()),
                 match &tracks.scale {

@@ -4,8 +4,8 @@ use std::sync::LazyLock;
 
 use retargetd::{
     engine::{
-        self, DrawInputs, EditInputs, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, PoseChoice,
-        PoseInputs, Task, check_config, check_preset, check_rig, merge_config,
+        self, DrawInputs, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome,
+        PoseChoice, PoseInputs, Task, check_config, check_preset, check_rig, merge_config,
     },
     formats::{self, ErrorKind},
     model::{Appearance, Control, Paint, Reporter},
@@ -161,7 +161,8 @@ impl Target {
                 }
             }
             Self::Proposal => {
-                judge(engine::propose(&inputs(&CLIP, &FIGURE, Some(bytes)), &Limits::default(), &Control::new()));
+                let inputs = inputs(&CLIP, &FIGURE, Some(bytes));
+                judge(engine::propose(&inputs, &Knowledge::default(), &Limits::default(), &Control::new()));
             }
             Self::Engine => {
                 retarget(bytes, &FIGURE, None);

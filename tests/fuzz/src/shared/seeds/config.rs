@@ -1,7 +1,7 @@
 //! Configs of every shape that is understood.
 
 use retargetd::{
-    engine::{self, Inputs, Limits, NamedBytes},
+    engine::{self, Inputs, Knowledge, Limits, NamedBytes},
     model::Control,
     retarget::Op,
 };
@@ -89,7 +89,7 @@ fn resolved() -> Value {
         config: None,
         formats: &[],
     };
-    let proposal = engine::propose(&inputs, &Limits::default(), &Control::new());
+    let proposal = engine::propose(&inputs, &Knowledge::default(), &Limits::default(), &Control::new());
     proposal.expect("the samples fit each other").resolved_spec
 }
 
