@@ -38,6 +38,7 @@ pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use anatomy::Ride;
 pub use characters::ALL_CHARACTERS;
 pub use error::{SpecError, SpecErrorKind, SpecField};
+pub(crate) use findings::mesh_off_joints;
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::{floors, standing_floor};
 pub use humanoid::missing_bones;

@@ -10,6 +10,7 @@ use crate::{
         alignment::{split, unnumbered},
         error::{SpecError, SpecErrorKind},
         leg_rows::leg_rows,
+        mesh_off_joints,
         recognition::{Recognition, RigKind, report_doubts},
         rig::Rig,
     },
@@ -83,6 +84,14 @@ pub(in crate::retarget) fn report_rigs(
         if is_found_out(spec) && said.chains.is_empty() && said.roles.is_empty() {
             report_doubts(rig.skeleton(), &rig.recognition, reporter, rig.name);
         }
+    }
+    if let Some(finding) = mesh_off_joints(target) {
+        reporter.warn(
+            "mesh_off_joints",
+            target.name,
+            format!("{}: {}; whatever turns them carries the mesh off", finding.place, finding.detail),
+            "bind the mesh again where its joints are",
+        );
     }
 }
 

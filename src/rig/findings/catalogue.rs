@@ -100,6 +100,9 @@ findings! {
     RoleUnskinned = "role_unskinned", Warning,
         "A joint of the body moves nothing of the mesh, although the file has skins.",
         "Bind the mesh to it, or give the joint that does move the mesh in `roles`.";
+    MeshOffJoints = "mesh_off_joints", Warning,
+        "The mesh of the body lies away from the joints that move it, so any rotation carries it off.",
+        "Bind the mesh again where its joints are; often an object above the skeleton or the mesh was moved after binding.";
     JointsUnskinned = "joints_unskinned", Note,
         "Whole trees of joints are bound to no mesh: controls, helpers, sockets or a second skeleton.",
         "Nothing; leave them out when exporting to make the file smaller.";

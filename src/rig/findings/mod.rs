@@ -16,6 +16,7 @@ mod tests;
 mod transforms;
 
 pub use catalogue::{FindingCode, Severity};
+pub(crate) use skins::mesh_off_joints;
 
 use super::Rig;
 use crate::model::{Scene, Warning};

@@ -25,6 +25,9 @@ const SKINNED: [Part; 9] = [
 ];
 /// Joint indices of a vertex that every engine takes.
 const COMMON_INFLUENCES: usize = 4;
+/// A joint whose nearest vertex is farther away than this share of the body's height has its mesh elsewhere: limbs of
+/// known rigs are thinner than that, those of blocks too.
+const OFF_SHARE: f64 = 0.2;
 /// Rotations closer than this are the same.
 const SAME_RADIANS: f64 = 0.02;
 
@@ -45,6 +48,7 @@ pub(super) fn examine(rig: &Rig<'_>, facts: FileFacts<'_>, found: &mut Vec<Findi
     examine_binds(rig, found);
     examine_bind_pose(rig, found);
     examine_bound(rig, found);
+    found.extend(mesh_off_joints(rig));
     let most = scene.skins.iter().map(|skin| skin.most_influences).max().unwrap_or(0);
     if most > COMMON_INFLUENCES {
         let skin = scene.skins.iter().find(|skin| skin.most_influences == most);
@@ -88,6 +92,31 @@ fn examine_bind_pose(rig: &Rig<'_>, found: &mut Vec<Finding>) {
     found.extend(places::about(rig, FindingCode::BindPoseDiffers, &joints, |count| {
         format!("{count} turned against the bind pose, by up to {most:.0}°")
     }));
+}
+
+/// Whether most joints of a body have the vertices that they move elsewhere; nothing where none of them moves any.
+pub(crate) fn mesh_off_joints(rig: &Rig<'_>) -> Option<Finding> {
+    let is_limb = |role: &str| role.parse::<Role>().is_ok_and(|role| SKINNED.contains(&role.part));
+    let limbs = rig.roles.iter().filter(|(role, _)| rig.recognition.is_body() && is_limb(role));
+    let joints: Vec<usize> = limbs.flat_map(|(_, joints)| joints.iter().copied()).collect();
+    let heights = joints.iter().map(|joint| rig.rest_height(*joint));
+    let (low, high) = heights.fold((f64::MAX, f64::MIN), |(low, high), height| (low.min(height), high.max(height)));
+    let distance = |joint: usize| {
+        let model_from_joint = rig.rest.transforms()[joint];
+        let points = rig.scene.skin_points.of(joint).iter().map(|point| point.position.as_dvec3());
+        let places = points.map(|point| model_from_joint.transform_point(point));
+        places.map(|place| place.distance(model_from_joint.translation)).reduce(f64::min)
+    };
+    let known: Vec<(usize, f64)> = joints.iter().filter_map(|joint| Some((*joint, distance(*joint)?))).collect();
+    let off: Vec<usize> =
+        known.iter().filter(|(_, distance)| *distance > OFF_SHARE * (high - low)).map(|(joint, _)| *joint).collect();
+    let farthest = known.iter().map(|(_, distance)| *distance).fold(0.0, f64::max) * rig.unit_meters;
+    if off.len() * 2 <= known.len() {
+        return None;
+    }
+    places::about(rig, FindingCode::MeshOffJoints, &off, |count| {
+        format!("{count} of the body whose nearest vertex is up to {farthest:.2} m away")
+    })
 }
 
 /// What moves no mesh.

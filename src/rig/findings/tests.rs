@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 use super::{FileFacts, Finding, FindingCode, Severity, examine};
 use crate::{
     formats::{self, Format, Limits},
-    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track},
+    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Track},
     rig::{Rig, RigSpec},
     samples,
 };
@@ -136,6 +136,13 @@ const ILLNESSES: &[Illness] = &[
     (FindingCode::RoleUnskinned, mannequin, |scene| {
         let joints = scene.skeleton.joints().to_vec();
         scene.skins[0].joints.retain(|joint| !joints[*joint].name.contains("lowerarm"));
+    }),
+    (FindingCode::MeshOffJoints, mannequin, |scene| {
+        let points = (0..scene.skeleton.len() as u32).flat_map(|joint| {
+            let away = |point: &SkinPoint| SkinPoint { position: point.position + Vec3::splat(60.0), ..*point };
+            scene.skin_points.of(joint as usize).iter().map(move |point| (joint, away(point)))
+        });
+        scene.skin_points = SkinPoints::new(scene.skeleton.len(), &points.collect::<Vec<_>>());
     }),
     (FindingCode::JointsUnskinned, mannequin, |scene| {
         with_joints(scene, |joints| {
