@@ -6,6 +6,7 @@
 //! lifts its feet as it bows.
 
 use super::{CARRIES_METERS, Clearance, FloorFoot, FloorStage};
+use crate::model::rotation::smootherstep;
 use crate::retarget::{
     stages::contact_points::{ContactPoints, Part},
     stages::{
@@ -22,6 +23,10 @@ const SELDOM: usize = 4;
 const LOW_SHARE: usize = 4;
 /// A contact that lasts at least twice as long has a level for every piece of about this length.
 const PIECE_SECONDS: f64 = 0.5;
+/// What a contact lifts its foot by beyond the pelvis counts from here on, for a leg of 1 m, and over how much it begins: less is no floor that is
+/// off, and tilting the foot for it keeps the knee as it is.
+const LIFT_METERS: f64 = 0.01;
+const LIFT_FADE_METERS: f64 = 0.015;
 /// Standard deviation of the smoothing from one contact to the next.
 const SMOOTHING_SECONDS: f64 = 0.1;
 
@@ -76,7 +81,7 @@ impl FloorStage {
     }
 
     /// How far a foot is moved up on the whole, frame by frame: in each contact, or piece of one, what it needs where it stands flattest,
-    /// and no less than the pelvis goes; between contacts from the one to the other. `wants` says what it needs where it stands on its whole sole.
+    /// where that is more than the pelvis goes; between contacts from the one to the other. `wants` says what it needs where it stands on its whole sole.
     pub(in crate::retarget) fn lifts_of_contacts(
         &self,
         index: usize,
@@ -97,7 +102,11 @@ impl FloorStage {
             return shifts.to_vec();
         }
         let lifts = over_time(&known, 0.0, work.times);
-        lifts.into_iter().zip(shifts).map(|(lift, shift)| lift.max(*shift)).collect()
+        let more = |lift: f64, shift: f64| {
+            let more = (lift - shift).max(0.0);
+            more * smootherstep((more / self.target_leg - LIFT_METERS) / LIFT_FADE_METERS)
+        };
+        lifts.into_iter().zip(shifts).map(|(lift, shift)| shift + more(lift, *shift)).collect()
     }
 
     fn known(&self, index: usize, foot: &FloorFoot, rows: &[Clearance], work: &Work<'_>) -> Vec<Known> {
