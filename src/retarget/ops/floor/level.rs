@@ -6,10 +6,10 @@
 //! lifts its feet as it bows.
 
 use super::{CARRIES_METERS, Clearance, FloorFoot, FloorStage};
-use crate::model::rotation::smootherstep;
-use crate::retarget::{
-    stages::contact_points::{ContactPoints, Part},
-    stages::{
+use crate::{
+    model::rotation::smootherstep,
+    retarget::stages::{
+        contact_points::{ContactPoints, Part},
         temporal::{median, runs, smoothed},
         work::Work,
     },
