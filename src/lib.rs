@@ -27,7 +27,8 @@
 //! | [`cli`], [`app`] | subcommands; the composition root | everything |
 //!
 //! A test (`tests/it/architecture.rs`) reads every path that begins with `crate::` against this table, and keeps external
-//! crates, the file system, the clock and the environment behind the same walls. `main` only calls [`cli`].
+//! crates, the file system, the clock and the environment behind the same walls. `main` only calls [`cli`]; `named` is a macro for enums, which
+//! everything may use.
 //!
 //! # Data flow
 //!
@@ -66,34 +67,8 @@
 //! `docs/architecture.md` has the checklists for an op, a metric, a route and a setting, `formats/mod.rs` the one for a format.
 //! `openapi/` and `docs/reference` are made from the code; the tests that compare them say how to write them anew.
 
-/// An enum whose variants have names on the wire and in the database: each stands beside its name, and nowhere else.
-macro_rules! named {
-    ($(#[$about:meta])* pub enum $Enum:ident { $($(#[$of_variant:meta])* $Variant:ident = $name:literal,)+ }) => {
-        $(#[$about])*
-        pub enum $Enum {
-            $($(#[$of_variant])* $Variant,)+
-        }
-
-        impl $Enum {
-            /// All of them, in order.
-            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$Variant),+];
-
-            /// The name on the wire and in the database.
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self {
-                    $(Self::$Variant => $name,)+
-                }
-            }
-
-            /// The one of a name.
-            #[must_use]
-            pub fn from_name(name: &str) -> Option<Self> {
-                Self::ALL.into_iter().find(|one| one.name() == name)
-            }
-        }
-    };
-}
+#[macro_use]
+mod named;
 
 #[cfg_attr(doc, doc(hidden))]
 #[cfg(feature = "service")]

@@ -180,7 +180,8 @@ fn every_import_keeps_the_law() {
     let mut broken = Vec::new();
     for (path, code) in sources() {
         let Some(module) = code.module.first() else { continue };
-        if module == "main" {
+        // `named` is a macro that imports nothing, and that everything may use.
+        if module == "main" || module == "named" {
             continue;
         }
         let allowed = law.get(module).unwrap_or_else(|| panic!("{module} is in the table"));

@@ -3,6 +3,10 @@
 //! It knows no runtime, file system, network or clock, so it needs none of the crates that do: it compiles in a fraction of the time, and
 //! nothing but readers and algorithms is instrumented.
 
+#[macro_use]
+#[path = "../../../src/named.rs"]
+mod named;
+
 #[path = "../../../src/drawing/mod.rs"]
 pub mod drawing;
 #[path = "../../../src/editing/mod.rs"]
