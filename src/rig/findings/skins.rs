@@ -94,10 +94,14 @@ fn examine_bind_pose(rig: &Rig<'_>, found: &mut Vec<Finding>) {
     }));
 }
 
+/// Whether a role is one of the parts that a skin binds in every rig that is whole.
+fn is_skinned(role: &str) -> bool {
+    role.parse::<Role>().is_ok_and(|role| SKINNED.contains(&role.part))
+}
+
 /// Whether most joints of a body have the vertices that they move elsewhere; nothing where none of them moves any.
 pub(crate) fn mesh_off_joints(rig: &Rig<'_>) -> Option<Finding> {
-    let is_limb = |role: &str| role.parse::<Role>().is_ok_and(|role| SKINNED.contains(&role.part));
-    let limbs = rig.roles.iter().filter(|(role, _)| rig.recognition.is_body() && is_limb(role));
+    let limbs = rig.roles.iter().filter(|(role, _)| rig.recognition.is_body() && is_skinned(role));
     let joints: Vec<usize> = limbs.flat_map(|(_, joints)| joints.iter().copied()).collect();
     let heights = joints.iter().map(|joint| rig.rest_height(*joint));
     let (low, high) = heights.fold((f64::MAX, f64::MIN), |(low, high), height| (low.min(height), high.max(height)));
@@ -110,10 +114,10 @@ pub(crate) fn mesh_off_joints(rig: &Rig<'_>) -> Option<Finding> {
     let known: Vec<(usize, f64)> = joints.iter().filter_map(|joint| Some((*joint, distance(*joint)?))).collect();
     let off: Vec<usize> =
         known.iter().filter(|(_, distance)| *distance > OFF_SHARE * (high - low)).map(|(joint, _)| *joint).collect();
-    let farthest = known.iter().map(|(_, distance)| *distance).fold(0.0, f64::max) * rig.unit_meters;
     if off.len() * 2 <= known.len() {
         return None;
     }
+    let farthest = known.iter().map(|(_, distance)| *distance).fold(0.0, f64::max) * rig.unit_meters;
     places::about(rig, FindingCode::MeshOffJoints, &off, |count| {
         format!("{count} of the body whose nearest vertex is up to {farthest:.2} m away")
     })
@@ -132,9 +136,8 @@ fn examine_bound(rig: &Rig<'_>, found: &mut Vec<Finding>) {
         }
     }
     if rig.recognition.is_body() {
-        let is_needed = |role: &str| role.parse::<Role>().is_ok_and(|role| SKINNED.contains(&role.part));
         let missing = rig.roles.iter().filter(|(role, joints)| {
-            is_needed(role) && !joints.is_empty() && !joints.iter().any(|joint| moves_mesh(rig, &bound, *joint))
+            is_skinned(role) && !joints.is_empty() && !joints.iter().any(|joint| moves_mesh(rig, &bound, *joint))
         });
         let joints: Vec<usize> = missing.map(|(_, joints)| joints[0]).collect();
         found.extend(places::about(rig, FindingCode::RoleUnskinned, &joints, |count| {

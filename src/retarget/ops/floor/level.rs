@@ -89,15 +89,8 @@ impl FloorStage {
         work: &Work<'_>,
         wants: impl Fn(usize) -> Option<f64>,
     ) -> Vec<f64> {
-        let limb = self.feet[index].limb;
-        let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(limb, frame)).collect();
-        let known = |piece: Piece| {
-            let level = (piece.first..=piece.last).filter_map(&wants).reduce(f64::max)?;
-            Some(Known { level, first: piece.from, last: piece.to })
-        };
-        let contacts = runs(&touches).into_iter();
-        let known: Vec<Known> =
-            contacts.flat_map(|(first, last)| pieces(first, last, work.times)).filter_map(known).collect();
+        let flattest = |first: usize, last: usize| (first..=last).filter_map(&wants).reduce(f64::max);
+        let known = in_contacts(self.feet[index].limb, work, flattest);
         if known.is_empty() {
             return shifts.to_vec();
         }
@@ -111,23 +104,18 @@ impl FloorStage {
 
     fn known(&self, index: usize, foot: &FloorFoot, rows: &[Clearance], work: &Work<'_>) -> Vec<Known> {
         let (width, most) = (self.feet.len(), self.most_level());
-        let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(foot.limb, frame)).collect();
         // Room for the frames of a contact, so that a long clip allocates no more than a short one.
         let mut clearances = Vec::with_capacity(work.frame_count());
-        let mut level = |first: usize, last: usize| {
+        let level = |first: usize, last: usize| {
             let clearance = |frame: usize| rows[frame * width + index].source;
             clearances.clear();
             clearances.extend((first..=last).filter(|frame| is_flat(foot.limb, *frame, work)).map(clearance));
             if clearances.is_empty() {
                 clearances.extend((first..=last).map(clearance));
             }
-            median(&mut clearances).unwrap_or(0.0).clamp(-most, most)
+            Some(median(&mut clearances).unwrap_or(0.0).clamp(-most, most))
         };
-        let contacts = runs(&touches).into_iter();
-        contacts
-            .flat_map(|(first, last)| pieces(first, last, work.times))
-            .map(|piece| Known { level: level(piece.first, piece.last), first: piece.from, last: piece.to })
-            .collect()
+        in_contacts(foot.limb, work, level)
     }
 }
 
@@ -160,6 +148,16 @@ struct Known {
     first: usize,
     last: usize,
     level: f64,
+}
+
+/// What is known in the contacts of a limb and the pieces of long ones; `level` says it for their first and last frame.
+fn in_contacts(limb: usize, work: &Work<'_>, mut level: impl FnMut(usize, usize) -> Option<f64>) -> Vec<Known> {
+    let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(limb, frame)).collect();
+    let contacts = runs(&touches).into_iter();
+    contacts
+        .flat_map(|(first, last)| pieces(first, last, work.times))
+        .filter_map(|piece| Some(Known { level: level(piece.first, piece.last)?, first: piece.from, last: piece.to }))
+        .collect()
 }
 
 /// Whether a foot of the source stands on heel and ball.

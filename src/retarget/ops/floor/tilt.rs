@@ -73,18 +73,19 @@ impl FloorStage {
             stands.then(|| clearance.limited(wanted(foot, frame).height - clearance.flat, is_touching))
         };
         let shifts = self.shifts(&rows, work, wants);
-        let lifts = |foot: usize| {
-            self.lifts_of_contacts(foot, &shifts, work, |frame| wants(foot, frame, &rows[frame * width + foot]))
+        // A foot that leaves the floor tilts less instead: the leg behind the body is straight, and there is no bending its knee.
+        let leaves = |foot: usize, frame: usize| {
+            work.contacts.touches(self.feet[foot].limb, frame) && self.is_on_toes(foot, frame, work)
+        };
+        let lifts = |foot: usize| -> Vec<f64> {
+            let wants = |frame: usize| wants(foot, frame, &rows[frame * width + foot]);
+            let lifts = self.lifts_of_contacts(foot, &shifts, work, wants).into_iter().enumerate();
+            lifts.map(|(frame, lift)| if leaves(foot, frame) { shifts[frame] } else { lift }).collect()
         };
         let lifts: Vec<Vec<f64>> = (0..width).map(lifts).collect();
-        // A foot that leaves the floor tilts less instead: the leg behind the body is straight, and there is no bending its knee.
-        let lifted = |foot: usize, frame: usize| {
-            let leaves = work.contacts.touches(self.feet[foot].limb, frame) && self.is_on_toes(foot, frame, work);
-            if leaves { shifts[frame] } else { lifts[foot][frame] }
-        };
         let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
             let is_off = |foot: usize| {
-                let lowest = rows[frame * width + foot].target + lifted(foot, frame);
+                let lowest = rows[frame * width + foot].target + lifts[foot][frame];
                 let off = if holds[foot][frame] > 0.0 {
                     (wanted(foot, frame).height - lowest).abs()
                 } else {
@@ -99,7 +100,7 @@ impl FloorStage {
             for (index, (foot, turn)) in self.feet.iter().zip(row).enumerate() {
                 let goal = &work.goals[frame * self.limb_count + foot.limb];
                 let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
-                let wanted = wanted(index, frame).shifted(self.ground.target_floor - lifted(index, frame));
+                let wanted = wanted(index, frame).shifted(self.ground.target_floor - lifts[index][frame]);
                 let turned = self.needed_turn(foot, &placed, wanted, holds[index][frame]);
                 *turn = turned * self.schedule.alpha_at(frame, work.times[frame]);
             }
