@@ -108,9 +108,9 @@ fn check_names_none(spec: &RetargetSpec) -> Result<(), Failure> {
 
 fn tops(name: &'static str, scene: &Scene, spec: &RigSpec, knowledge: &Knowledge) -> Result<Vec<usize>, Failure> {
     let open = RigSpec { character: None, ..spec.clone() };
-    let rig =
-        Rig::with_templates(name, scene, None, &open, knowledge.rigs(), &mut Reporter::new()).map_err(in_config)?;
-    let tops = rig.characters(knowledge.rigs());
+    let rig = Rig::with_recognizer(name, scene, None, &open, knowledge.recognizer(), &mut Reporter::new())
+        .map_err(in_config)?;
+    let tops = rig.characters(knowledge.recognizer());
     if tops.is_empty() {
         let detail = format!("no character was recognized in the {name} file");
         return Err(refused(&format!("/{name}/character"), detail, "leave it out, and name chains or roles"));

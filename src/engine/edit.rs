@@ -54,7 +54,7 @@ pub(super) fn edited(work: TaskContext<'_>, inputs: &EditInputs<'_>) -> Result<O
     control.enter(Phase::Plan, 0);
     report_idle_fields(spec, &mut reporter);
     let rest: Option<&Scene> = rest.as_ref().map(|loaded| &loaded.scene);
-    let rig = Rig::with_templates("source", &loaded.scene, rest, &spec.source, knowledge.rigs(), &mut reporter)
+    let rig = Rig::with_recognizer("source", &loaded.scene, rest, &spec.source, knowledge.recognizer(), &mut reporter)
         .map_err(|error| in_config_or(error, "source"))
         .map_err(|failure| swapped_inputs::explain_rest(failure, "source", &loaded.scene, &loaded.scene, rest))?;
     let clip = chosen_clip(spec, &loaded.scene, &mut reporter, || swapped_inputs::nothing_moves(&loaded.scene))?;

@@ -1,21 +1,28 @@
 //! What every use of a source and a target begins with: reading the config and the files, and making rigs of them.
 
+use std::sync::Arc;
+
 use crate::{
-    formats::{self, Format, Limits},
+    formats::{self, Budget, Format, Limits},
     model::{Clip, Control, Payload, Reporter, Scene},
     retarget::{RetargetSpec, parse_spec},
     rig::{ClipChoice, Rig, SpecError, SpecErrorKind, SpecField, find_clip},
 };
 
-use super::{Failure, Inputs, Knowledge, NamedBytes, swapped_inputs};
+use super::{Failure, Inputs, Knowledge, Memory, NamedBytes, swapped_inputs};
 
 /// A file that has been read.
+#[derive(Debug)]
 pub(super) struct LoadedFile {
     pub(super) scene: Scene,
     pub(super) format: Format,
+    /// How much of it was decoded, as [`Limits::decoded_bytes`] counts.
+    pub(super) decoded_bytes: u64,
+    /// What there is to say of it.
+    warnings: Reporter,
 }
 
-/// Reads one input; its warnings carry the part's name. Out of an archive comes the model that it holds.
+/// Reads one input; its warnings carry the part's name.
 pub(super) fn load(
     file: NamedBytes<'_>,
     part: &'static str,
@@ -23,18 +30,49 @@ pub(super) fn load(
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<LoadedFile, Failure> {
-    let mut own = Reporter::new();
+    let loaded = read(file, part, limits, control)?;
+    reporter.absorb(part, loaded.warnings.clone());
+    Ok(loaded)
+}
+
+/// Reads one input. Out of an archive comes the model that it holds.
+fn read(file: NamedBytes<'_>, part: &'static str, limits: &Limits, control: &Control) -> Result<LoadedFile, Failure> {
+    let mut warnings = Reporter::new();
+    let mut budget = Budget::new(limits, control);
     let refused = |error| swapped_inputs::explain_model(Failure::from(error).in_part(part), file);
     let (format, bytes) = formats::open(file.bytes, file.name, limits, control).map_err(refused)?;
-    let scene = formats::read(&bytes, format, limits, control, &mut own).map_err(refused)?;
-    reporter.absorb(part, own);
-    Ok(LoadedFile { scene, format })
+    let scene = formats::read_within(&bytes, format, &mut budget, &mut warnings).map_err(refused)?;
+    Ok(LoadedFile { scene, format, decoded_bytes: budget.decoded_bytes(), warnings })
+}
+
+/// Reads the target, or finds it read.
+fn load_target(
+    file: NamedBytes<'_>,
+    limits: &Limits,
+    control: &Control,
+    memory: Option<&Memory>,
+    reporter: &mut Reporter,
+) -> Result<Arc<LoadedFile>, Failure> {
+    const PART: &str = "target";
+    let known = memory.and_then(|memory| memory.target(file, limits));
+    let loaded = match known {
+        Some(known) => known,
+        None => {
+            let loaded = Arc::new(read(file, PART, limits, control)?);
+            if let Some(memory) = memory {
+                memory.keep_target(file, limits, &loaded);
+            }
+            loaded
+        }
+    };
+    reporter.absorb(PART, loaded.warnings.clone());
+    Ok(loaded)
 }
 
 /// The files of a retarget, read.
 pub(super) struct Files {
     pub(super) source: LoadedFile,
-    pub(super) target: LoadedFile,
+    pub(super) target: Arc<LoadedFile>,
     source_rest: Option<LoadedFile>,
     target_rest: Option<LoadedFile>,
 }
@@ -56,19 +94,21 @@ impl Files {
     pub(super) fn load(
         inputs: &Inputs<'_>,
         is_source_shown: bool,
+        memory: Option<&Memory>,
         (limits, control): (&Limits, &Control),
         reporter: &mut Reporter,
     ) -> Result<Self, Failure> {
-        let mut read = |file, part| load(file, part, limits, control, reporter);
-        let mut source = read(inputs.source, "source")?;
+        let mut source = load(inputs.source, "source", limits, control, reporter)?;
         // A source is not written back: of its document nothing is looked at again but the meshes of its morphs, and all of them for a
         // picture. It is as large as the file, and the longest files are sources.
         if source.scene.morphs.is_empty() && !is_source_shown {
             source.scene.payload = Payload::default();
         }
+        let target = load_target(inputs.target, limits, control, memory, reporter)?;
+        let mut read = |file, part| load(file, part, limits, control, reporter);
         Ok(Self {
             source,
-            target: read(inputs.target, "target")?,
+            target,
             source_rest: inputs.source_rest.map(|file| read(file, "source_rest")).transpose()?,
             target_rest: inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?,
         })
@@ -81,7 +121,7 @@ impl Files {
         knowledge: &Knowledge,
         reporter: &mut Reporter,
     ) -> Result<RigPair<'_>, Failure> {
-        let templates = knowledge.rigs();
+        let recognizer = knowledge.recognizer();
         let (source, target) = (&self.source.scene, &self.target.scene);
         let rests = (scene_of(&self.source_rest), scene_of(&self.target_rest));
         swapped_inputs::swapped_rest("source", source, target, rests.0)?;
@@ -92,9 +132,9 @@ impl Files {
                 if side == "source" { (source, target, rests.0) } else { (target, source, rests.1) };
             swapped_inputs::explain_rest(failure, side, own, other, rest)
         };
-        let source = Rig::with_templates("source", source, rests.0, &spec.source, templates, reporter)
+        let source = Rig::with_recognizer("source", source, rests.0, &spec.source, recognizer, reporter)
             .map_err(|error| failed(error, "source"))?;
-        let target = Rig::with_templates("target", target, rests.1, &spec.target, templates, reporter)
+        let target = Rig::with_recognizer("target", target, rests.1, &spec.target, recognizer, reporter)
             .map_err(|error| failed(error, "target"))?;
         Ok(RigPair { spec, source, target })
     }

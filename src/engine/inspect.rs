@@ -274,7 +274,7 @@ fn read_rig<'a>(scene: &'a Scene, knowledge: &Knowledge, reporter: &mut Reporter
         return Ok(None);
     }
     let mut own = Reporter::new();
-    let rig = Rig::with_templates("source", scene, None, &RigSpec::default(), knowledge.rigs(), &mut own)?;
+    let rig = Rig::with_recognizer("source", scene, None, &RigSpec::default(), knowledge.recognizer(), &mut own)?;
     if !rig.recognition.is_body() && !has_joints(scene) && rig.recognition.roles.is_empty() {
         // Meshes, lamps and cameras: what was guessed about their axes is of no use to anyone.
         return Ok(None);
@@ -346,7 +346,7 @@ fn own_rest_pose(rig: &Rig<'_>, knowledge: &Knowledge) -> RestPoseKind {
         return rig.recognition.rest_pose;
     }
     let skeleton = rig.skeleton();
-    let hints = Hints { templates: knowledge.rigs(), ..Hints::of(rig.scene) };
+    let hints = Hints { recognizer: knowledge.recognizer(), ..Hints::of(rig.scene) };
     recognize(skeleton, &skeleton.rest_pose().to_model(skeleton), &hints).rest_pose
 }
 

@@ -1,15 +1,15 @@
 //! What the engine knows of rigs beside what it comes with, and what users may keep for later: rig templates and presets.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, sync::Arc};
 
 use serde_json::{Map, Value, json};
 
 use crate::{
     retarget::{parse_document, parse_value},
-    rig::{RigTemplate, SpecError, SpecErrorKind, SpecField, builtin_templates, parse_template},
+    rig::{Recognizer, RigTemplate, SpecError, SpecErrorKind, SpecField, builtin_templates, parse_template},
 };
 
-use super::{Failure, FailureCode, NamedBytes};
+use super::{Failure, FailureCode, Memory, NamedBytes};
 
 /// What the engine knows beside what it comes with.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +17,8 @@ pub struct Knowledge {
     rigs: Vec<RigTemplate>,
     /// Templates that nobody has parsed yet.
     unread: Vec<String>,
+    /// What was found out before.
+    memory: Option<Arc<Memory>>,
 }
 
 impl Knowledge {
@@ -26,13 +28,19 @@ impl Knowledge {
     /// When one of them cannot be used.
     pub fn read<'a>(documents: impl IntoIterator<Item = &'a str>) -> Result<Self, Failure> {
         let read = |text: &str| parse_document(text.as_bytes()).and_then(parse_template).map_err(in_rig);
-        Ok(Self { rigs: documents.into_iter().map(read).collect::<Result<_, _>>()?, unread: Vec::new() })
+        Ok(Self { rigs: documents.into_iter().map(read).collect::<Result<_, _>>()?, ..Self::default() })
     }
 
     /// Rig templates as they are written, for somebody else to read: until then they are not among [`Self::rigs`].
     #[must_use]
     pub fn unread(documents: Vec<String>) -> Self {
-        Self { rigs: Vec::new(), unread: documents }
+        Self { unread: documents, ..Self::default() }
+    }
+
+    /// The same, with what was found out before; what is found out now is added to it.
+    #[must_use]
+    pub fn remembering(self, memory: Arc<Memory>) -> Self {
+        Self { memory: Some(memory), ..self }
     }
 
     /// All of it, read.
@@ -45,13 +53,23 @@ impl Knowledge {
         }
         let Self { mut rigs, .. } = Self::read(self.unread.iter().map(String::as_str))?;
         rigs.extend(self.rigs.iter().cloned());
-        Ok(Cow::Owned(Self { rigs, unread: Vec::new() }))
+        Ok(Cow::Owned(Self { rigs, unread: Vec::new(), memory: self.memory.clone() }))
     }
 
     /// The templates that nobody has read, as they are written.
     #[must_use]
     pub fn written(&self) -> &[String] {
         &self.unread
+    }
+
+    /// What recognizes rigs.
+    pub(crate) fn recognizer(&self) -> Recognizer<'_> {
+        self.memory.as_ref().map_or_else(|| self.rigs.as_slice().into(), |memory| memory.recognizer(&self.rigs))
+    }
+
+    /// What was found out before.
+    pub(super) fn memory(&self) -> Option<&Memory> {
+        self.memory.as_deref()
     }
 
     /// The user's own rig templates.

@@ -24,6 +24,7 @@ mod knowledge;
 mod labels;
 mod layer;
 mod limited;
+mod memory;
 mod morphs;
 mod output_request;
 mod outputs;
@@ -77,6 +78,7 @@ pub use knowledge::{
 pub use labels::{ByRole, OneOrMore};
 pub use layer::laid_over;
 pub use limited::LimitedView;
+pub use memory::Memory;
 pub use preview::{Preview, PreviewOptions, compare, has_figure, is_drawable, preview};
 pub use propose::{DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose};
 pub use rest_file::RestFileView;

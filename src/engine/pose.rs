@@ -46,14 +46,15 @@ pub(super) fn posed(work: TaskContext<'_>, inputs: &PoseInputs<'_>) -> Result<Ou
     control.enter(Phase::Plan, 0);
     let source_rig = source.as_ref().map(|source| {
         let rest = source_rest.as_ref().map(|rest| &rest.scene);
-        Rig::with_templates("source", &source.scene, rest, &spec.source, knowledge.rigs(), &mut reporter)
+        Rig::with_recognizer("source", &source.scene, rest, &spec.source, knowledge.recognizer(), &mut reporter)
             .map_err(|error| explain_rest(in_config_or(error, "source"), "source", &source.scene, &target.scene, rest))
     });
     let source_rig = source_rig.transpose()?;
     let rest = target_rest.as_ref().map(|rest| &rest.scene);
     let other = source.as_ref().map_or(&target.scene, |source| &source.scene);
-    let target_rig = Rig::with_templates("target", &target.scene, rest, &spec.target, knowledge.rigs(), &mut reporter)
-        .map_err(|error| explain_rest(in_config_or(error, "target"), "target", &target.scene, other, rest))?;
+    let target_rig =
+        Rig::with_recognizer("target", &target.scene, rest, &spec.target, knowledge.recognizer(), &mut reporter)
+            .map_err(|error| explain_rest(in_config_or(error, "target"), "target", &target.scene, other, rest))?;
     check_body(&target_rig, choice)?;
     let Posed { pose, alignment } = posed_target(source_rig.as_ref(), &target_rig, choice, spec.align)
         .ok_or_else(|| Failure::new(FailureCode::Internal, "a pose of the source was asked for, and there is none"))?;

@@ -170,7 +170,7 @@ pub(super) fn rig_of(scene: &Scene) -> Option<Rig<'_>> {
         return None;
     }
     let (knowledge, spec) = (Knowledge::default(), RigSpec::default());
-    Rig::with_templates("source", scene, None, &spec, knowledge.rigs(), &mut Reporter::new()).ok()
+    Rig::with_recognizer("source", scene, None, &spec, knowledge.recognizer(), &mut Reporter::new()).ok()
 }
 
 /// Whether this build writes such pictures.

@@ -138,6 +138,12 @@ impl<'a> Budget<'a> {
         self.limits
     }
 
+    /// How much of [`Limits::decoded_bytes`] is spent.
+    #[must_use]
+    pub const fn decoded_bytes(&self) -> u64 {
+        self.decoded_bytes
+    }
+
     /// Where progress goes and cancellation comes from.
     #[must_use]
     pub const fn control(&self) -> &'a Control {

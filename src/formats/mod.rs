@@ -110,20 +110,32 @@ pub fn read(
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Scene, FormatError> {
-    let mut budget = Budget::new(limits, control);
+    read_within(bytes, format, &mut Budget::new(limits, control), reporter)
+}
+
+/// As [`read`], within a budget that says afterwards how much of it was spent.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn read_within(
+    bytes: &[u8],
+    format: Format,
+    budget: &mut Budget<'_>,
+    reporter: &mut Reporter,
+) -> Result<Scene, FormatError> {
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
     match format {
         Format::Zip => {
             // Whatever comes out is no archive again.
-            let (format, model) = open(bytes, "", limits, control)?;
-            read(&model, format, limits, control, reporter)
+            let (format, model) = open(bytes, "", budget.limits(), budget.control())?;
+            read_within(&model, format, budget, reporter)
         }
-        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
-        Format::Fbx => fbx::read(bytes, &mut budget, reporter),
-        Format::Bvh => bvh::read(bytes, &mut budget, reporter),
-        Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
-        Format::BodyModel => body_model::read_archive(bytes, &mut budget, reporter),
-        Format::JointPositions => body_model::read_array(bytes, &mut budget, reporter),
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, budget, reporter),
+        Format::Fbx => fbx::read(bytes, budget, reporter),
+        Format::Bvh => bvh::read(bytes, budget, reporter),
+        Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, budget, reporter),
+        Format::BodyModel => body_model::read_archive(bytes, budget, reporter),
+        Format::JointPositions => body_model::read_array(bytes, budget, reporter),
         Format::PositionsCsv => {
             Err(FormatError::unsupported("read", "", "positions in CSV are written, not read", "send pose arrays"))
         }

@@ -87,6 +87,8 @@ pub struct Files<'a> {
     pub scene: Option<NamedBytes<'a>>,
     /// The retarget spec.
     pub config: Option<NamedBytes<'a>>,
+    /// The SHA-256 of the target in hexadecimal, where it is known: who works on the same target again may have kept it.
+    pub target_sha256: Option<&'a str>,
 }
 
 /// A question with everything that its answer depends on.
@@ -262,6 +264,7 @@ impl InputBytes {
             target_rest: find(InputRole::TargetRest),
             scene: find(InputRole::Scene),
             config: config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() }),
+            target_sha256: request.inputs.get(&InputRole::Target).map(|target| target.sha256.as_str()),
         }
     }
 }
@@ -286,7 +289,7 @@ impl<'a> EngineRequest<'a> {
 
     /// The task that is asked for; nothing where the question is another one.
     fn task(&self) -> Result<Option<Task<'a>>, Failure> {
-        let Files { source, target, source_rest, target_rest, scene, config } = self.files;
+        let Files { source, target, source_rest, target_rest, scene, config, target_sha256: _ } = self.files;
         let formats = self.formats;
         Ok(Some(match &self.question {
             Question::Retarget => Task::Retarget(self.inputs(self.files.source()?, self.files.target()?)),

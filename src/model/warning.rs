@@ -30,7 +30,7 @@ impl fmt::Display for Warning {
 }
 
 /// Collects warnings. One code is kept at most [`Reporter::MAX_PER_CODE`] times; the rest are counted.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Reporter {
     warnings: Vec<Warning>,
     left_out: Vec<(&'static str, usize)>,

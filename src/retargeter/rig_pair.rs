@@ -44,11 +44,11 @@ pub struct SceneOutcome {
 impl<'a> RigPair<'a> {
     pub(super) fn new(retargeter: &Retargeter, source: &'a Scene, target: &'a Scene) -> Result<Self, Error> {
         let spec = retargeter.config.as_ref().map_or_else(|| Ok(RetargetSpec::default()), Config::checked)?;
-        let templates = retargeter.knowledge.parsed()?;
+        let knowledge = retargeter.knowledge.parsed()?;
         let mut reporter = Reporter::new();
-        let source = Rig::with_templates("source", source, None, &spec.source, templates.rigs(), &mut reporter)
+        let source = Rig::with_recognizer("source", source, None, &spec.source, knowledge.recognizer(), &mut reporter)
             .map_err(at("source"))?;
-        let target = Rig::with_templates("target", target, None, &spec.target, templates.rigs(), &mut reporter)
+        let target = Rig::with_recognizer("target", target, None, &spec.target, knowledge.recognizer(), &mut reporter)
             .map_err(at("target"))?;
         let warnings = reporter.into_warnings();
         Ok(Self { spec, source, target, warnings, limits: retargeter.limits, control: retargeter.control.clone() })

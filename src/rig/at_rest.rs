@@ -10,7 +10,7 @@ use super::{
     characters::{outside_of_character, warn_of_others},
     error::{SpecError, SpecErrorKind, SpecField},
     lookup::find_joint,
-    recognition::{Hints, Recognition, RigTemplate, recognize},
+    recognition::{Hints, Recognition, Recognizer, recognize},
     rest::Rest,
     rig::Rig,
     spec::{RigSpec, UnitSpec},
@@ -26,14 +26,14 @@ impl<'a> Rig<'a> {
         scene: &'a Scene,
         rest: Rest,
         spec: &RigSpec,
-        templates: &[RigTemplate],
+        recognizer: Recognizer<'_>,
         reporter: &mut Reporter,
     ) -> Result<Self, SpecError> {
         let skeleton = &scene.skeleton;
         let Rest { pose: rest_local, source: rest_source, reason: rest_reason, spec: rest_spec, .. } = rest;
         let rest = rest_local.to_model(skeleton);
         let excluded = outside_of_character(name, skeleton, spec)?;
-        let hints = Hints { templates, excluded: &excluded, ..Hints::of(scene) };
+        let hints = Hints { recognizer, excluded: &excluded, ..Hints::of(scene) };
         let recognition = recognize(skeleton, &rest, &hints);
         if spec.character.is_none() {
             warn_of_others(name, scene, &rest, &recognition, &hints, reporter);

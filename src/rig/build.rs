@@ -5,7 +5,7 @@ use crate::model::{Reporter, Scene};
 use super::{
     alignment::{CanonicalPose, canonical_rest},
     error::{SpecError, SpecErrorKind},
-    recognition::RigTemplate,
+    recognition::Recognizer,
     rest::{Rest, edit, find_rest, put_onto_floor, uploaded},
     rig::Rig,
     spec::{RestSpec, RigSpec},
@@ -23,19 +23,19 @@ impl<'a> Rig<'a> {
         spec: &RigSpec,
         reporter: &mut Reporter,
     ) -> Result<Self, SpecError> {
-        Self::with_templates(name, scene, rest_scene, spec, &[], reporter)
+        Self::with_recognizer(name, scene, rest_scene, spec, Recognizer::default(), reporter)
     }
 
-    /// The same, with templates of the user's own, which are tried before the built-in ones.
+    /// The same, with what the user taught, and what was recognized before.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with_templates(
+    pub fn with_recognizer(
         name: &'static str,
         scene: &'a Scene,
         rest_scene: Option<&Scene>,
         spec: &RigSpec,
-        templates: &[RigTemplate],
+        recognizer: Recognizer<'_>,
         reporter: &mut Reporter,
     ) -> Result<Self, SpecError> {
         let skeleton = &scene.skeleton;
@@ -47,15 +47,15 @@ impl<'a> Rig<'a> {
             ));
         }
         let Some(rest_scene) = rest_scene else {
-            let rest = find_rest(name, scene, spec, templates, reporter)?;
-            return Self::finished(name, scene, rest, spec, templates, reporter);
+            let rest = find_rest(name, scene, spec, recognizer, reporter)?;
+            return Self::finished(name, scene, rest, spec, recognizer, reporter);
         };
         // What the rest file is compared with: the rig as it rests by itself.
         let plain = RigSpec { rest: RestSpec::default(), pose: Vec::new(), ..spec.clone() };
-        let own = find_rest(name, scene, &plain, templates, &mut Reporter::new())?;
-        let own = Self::finished(name, scene, own, &plain, templates, &mut Reporter::new())?;
-        let (rest, fit) = uploaded(&own, rest_scene, spec, templates, reporter)?;
-        let rig = Self::finished(name, scene, rest, spec, templates, reporter)?;
+        let own = find_rest(name, scene, &plain, recognizer, &mut Reporter::new())?;
+        let own = Self::finished(name, scene, own, &plain, recognizer, &mut Reporter::new())?;
+        let (rest, fit) = uploaded(&own, rest_scene, spec, recognizer, reporter)?;
+        let rig = Self::finished(name, scene, rest, spec, recognizer, reporter)?;
         Ok(Self { rest_fit: Some(fit), ..rig })
     }
 
@@ -65,11 +65,11 @@ impl<'a> Rig<'a> {
         scene: &'a Scene,
         rest: Rest,
         spec: &RigSpec,
-        templates: &[RigTemplate],
+        recognizer: Recognizer<'_>,
         reporter: &mut Reporter,
     ) -> Result<Self, SpecError> {
         let is_to_be_solved = rest.is_to_be_solved;
-        let mut rig = Self::at_rest(name, scene, rest, spec, templates, reporter)?;
+        let mut rig = Self::at_rest(name, scene, rest, spec, recognizer, reporter)?;
         if is_to_be_solved {
             let from_nothing = rig.recognition.body.is_none();
             let solved = canonical_rest(&rig, CanonicalPose::T, from_nothing).rest;

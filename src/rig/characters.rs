@@ -7,7 +7,7 @@ use crate::model::{ModelPose, Reporter, Scene, Skeleton};
 use super::{
     error::{SpecError, SpecErrorKind, SpecField},
     lookup::find_joint,
-    recognition::{Hints, Part, Recognition, RigTemplate, recognize},
+    recognition::{Hints, Part, Recognition, Recognizer, recognize},
     rig::Rig,
     spec::RigSpec,
 };
@@ -25,9 +25,9 @@ impl Rig<'_> {
     /// The topmost joints of all characters of the file that the rig is of, the rig's own first; at most eight, and empty where
     /// the rig is no body. All that hangs from one belongs to its character.
     #[must_use]
-    pub fn characters(&self, templates: &[RigTemplate]) -> Vec<usize> {
+    pub fn characters(&self, recognizer: Recognizer<'_>) -> Vec<usize> {
         let skeleton = self.skeleton();
-        let hints = Hints { templates, ..Hints::of(self.scene) };
+        let hints = Hints { recognizer, ..Hints::of(self.scene) };
         let own = top_of(skeleton, &self.recognition).filter(|_| self.recognition.is_body());
         let Some(own) = own else { return Vec::new() };
         let mut tops = vec![own];

@@ -48,9 +48,9 @@ pub use mask::named_joints;
 pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs, morph_meaning};
 pub use posing::{Posed, posed_target};
 pub use recognition::{
-    BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
-    TwistHelper, body_frame, builtin_templates, parse_template, recognize, report_doubts, rest_pose_kind,
-    template_schema,
+    BodyFrame, Hints, Part, Prop, Recognition, RecognitionMemory, Recognizer, RestPoseKind, RigKind, RigTemplate, Role,
+    RoleError, RoleFinding, Side, TwistHelper, body_frame, builtin_templates, parse_template, recognize, report_doubts,
+    rest_pose_kind, template_schema,
 };
 pub use rest::{OrientationFrom, RestFit, RestSource};
 pub use rig::Rig;

@@ -62,7 +62,7 @@ pub(super) fn drawn_motion(
     if loaded.scene.skeleton.is_empty() {
         return Err(no_body("the file has no skeleton".to_owned()));
     }
-    let rig = Rig::with_templates("source", &loaded.scene, None, &space.source, knowledge.rigs(), reporter)
+    let rig = Rig::with_recognizer("source", &loaded.scene, None, &space.source, knowledge.recognizer(), reporter)
         .map_err(|error| in_config_or(error, "source"))?;
     let clip = chosen_clip(&space, &loaded.scene, reporter, || {
         let failure = Failure::new(FailureCode::NoAnimation, format!("{}: nothing moves in the file", file.name));

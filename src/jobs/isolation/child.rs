@@ -12,6 +12,7 @@ use std::{
 
 use super::{
     frames,
+    kept_target::KeptTarget,
     limits::{self, Bounds},
     messages::{Message, Reply, Request},
     sandbox, signals,
@@ -19,7 +20,7 @@ use super::{
 };
 use crate::{
     config::trigger_named,
-    engine::{Control, Failure, FailureCode, Format, Knowledge, Output},
+    engine::{Control, Failure, FailureCode, Format, Knowledge, Memory, Output},
     jobs::{Answer, Engine, EngineRequest, EngineResult, OutputFile, RetargetEngine, failure, running::progress_of},
     telemetry::monotonic_seconds,
 };
@@ -59,13 +60,15 @@ pub fn serve(bounds: &Bounds) -> io::Result<()> {
     let mut output = unbuffered_output()?;
     frames::write(&mut output, &Reply::Ready(sandbox), &[])?;
     let mut threads = Threads::default();
-    for received in requests {
+    let (memory, mut target) = (Arc::new(Memory::default()), KeptTarget::default());
+    for Received { request, blobs, control } in requests {
         limits::for_one_request(bounds)?;
-        let control = Arc::clone(&received.control);
+        let files = target.put_back(&request, blobs)?;
+        let working = Arc::clone(&control);
         let (sender, done) = mpsc::sync_channel(1);
-        let bounds = *bounds;
-        threads.of(received.request.threads)?.spawn(move || {
-            let work = std::panic::AssertUnwindSafe(|| answer(&received));
+        let (bounds, memory) = (*bounds, Arc::clone(&memory));
+        threads.of(request.threads)?.spawn(move || {
+            let work = std::panic::AssertUnwindSafe(|| answer(&request, &files, &working, memory));
             let reply = std::panic::catch_unwind(work).unwrap_or_else(|_| Sent::of(Reply::Panicked));
             let reply = reply.within(bounds.output_bytes);
             // Nobody is left to tell when the process ends.
@@ -123,15 +126,14 @@ fn receive(sender: &mpsc::SyncSender<Received>) {
     std::process::exit(0);
 }
 
-fn answer(received: &Received) -> Sent {
-    let Received { request, blobs, control } = received;
+fn answer(request: &Request, files: &[Arc<Vec<u8>>], control: &Control, memory: Arc<Memory>) -> Sent {
     trigger_named(request.names.first().and_then(Option::as_deref).unwrap_or_default());
     let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
     let asked = EngineRequest {
         question: request.question.clone(),
-        files: request.files(blobs),
+        files: request.files(files),
         formats: &formats,
-        knowledge: &Knowledge::unread(request.rigs.clone()),
+        knowledge: &Knowledge::unread(request.rigs.clone()).remembering(memory),
         limits: &request.limits,
     };
     match RetargetEngine.ask(&asked, control) {

@@ -21,9 +21,11 @@ impl<P> Idle<P> {
         Self { most, waiting: Mutex::new(Vec::new()) }
     }
 
-    /// The one that has waited the shortest time.
-    pub(super) fn take(&self) -> Option<P> {
-        self.lock().pop().map(|(_, process)| process)
+    /// The one that has waited the shortest time, of those that are preferred where there are any.
+    pub(super) fn take(&self, is_preferred: impl Fn(&P) -> bool) -> Option<P> {
+        let mut waiting = self.lock();
+        let place = waiting.iter().rposition(|(_, process)| is_preferred(process)).or(waiting.len().checked_sub(1))?;
+        Some(waiting.remove(place).1)
     }
 
     /// Has one wait, unless there are enough that do.
@@ -71,9 +73,18 @@ mod tests {
         }
         idle.tidy();
         assert_eq!(
-            [idle.take(), idle.take(), idle.take()],
+            [idle.take(|_| false), idle.take(|_| false), idle.take(|_| false)],
             [Some(2), Some(1), None],
             "the newest stays, and the young"
         );
+    }
+
+    #[test]
+    fn who_is_preferred_comes_first() {
+        let idle = Idle::new(4);
+        (0..4).for_each(|process| idle.put(process));
+        assert_eq!(idle.take(|process| process % 2 == 0), Some(2), "the newest of them");
+        assert_eq!(idle.take(|process| process % 2 == 0), Some(0));
+        assert_eq!(idle.take(|process| process % 2 == 0), Some(3), "else the newest of all");
     }
 }

@@ -1,5 +1,7 @@
 //! What a parent asks of an engine process, and what that answers.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::sandbox::Sandbox;
@@ -24,6 +26,8 @@ pub(super) struct Request {
     pub(super) question: Question,
     /// Source, target, their rest poses, what goes beside a drawing, and the config: what each is called, where it is there.
     pub(super) names: [Option<String>; 6],
+    /// Whether the bytes of the target are not among the blobs, since the process kept them.
+    pub(super) target_is_kept: bool,
     pub(super) formats: Vec<String>,
     /// The user's own rig templates, as they are written: the process parses them.
     pub(super) rigs: Vec<String>,
@@ -62,12 +66,13 @@ pub(super) enum Reply {
 impl Request {
     /// A question, with the bytes that go with it.
     pub(super) fn new<'a>(asked: &EngineRequest<'a>) -> (Self, Vec<&'a [u8]>) {
-        let Files { source, target, source_rest, target_rest, scene, config } = asked.files;
+        let Files { source, target, source_rest, target_rest, scene, config, target_sha256: _ } = asked.files;
         let files = [source, target, source_rest, target_rest, scene, config];
         let read = asked.knowledge.rigs().iter().filter_map(|rig| serde_json::to_string(rig).ok());
         let request = Self {
             question: asked.question.clone(),
             names: files.map(|file| file.map(|file| file.name.to_owned())),
+            target_is_kept: false,
             formats: asked.formats.iter().map(|format| format.info().name.to_owned()).collect(),
             rigs: asked.knowledge.written().iter().cloned().chain(read).collect(),
             limits: *asked.limits,
@@ -76,14 +81,20 @@ impl Request {
         (request, files.into_iter().flatten().map(|file| file.bytes).collect())
     }
 
-    /// The files, as the engine takes them.
-    pub(super) fn files<'a>(&'a self, blobs: &'a [Vec<u8>]) -> Files<'a> {
+    /// Where the target is among the blobs; nothing where there is none.
+    pub(super) fn place_of_target(&self) -> Option<usize> {
+        let [source, target, ..] = &self.names;
+        target.as_ref().map(|_| usize::from(source.is_some()))
+    }
+
+    /// The files, as the engine takes them. All of them have to be among the blobs.
+    pub(super) fn files<'a>(&'a self, blobs: &'a [Arc<Vec<u8>>]) -> Files<'a> {
         let mut blobs = blobs.iter();
         let mut file = |place: usize| {
             let name = self.names.get(place)?.as_deref()?;
-            Some(NamedBytes { name, bytes: blobs.next().map_or(&[][..], Vec::as_slice) })
+            Some(NamedBytes { name, bytes: blobs.next().map_or(&[][..], |blob| blob.as_slice()) })
         };
         let (source, target, source_rest, target_rest) = (file(0), file(1), file(2), file(3));
-        Files { source, target, source_rest, target_rest, scene: file(4), config: file(5) }
+        Files { source, target, source_rest, target_rest, scene: file(4), config: file(5), target_sha256: None }
     }
 }

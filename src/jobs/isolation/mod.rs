@@ -9,6 +9,7 @@
 mod child;
 mod frames;
 mod idle;
+mod kept_target;
 mod limits;
 mod memory_watch;
 mod messages;
@@ -32,7 +33,7 @@ use self::{
     frames::Digested,
     idle::Idle,
     memory_watch::MemoryWatch,
-    messages::{Reply, Request},
+    messages::Reply,
     process::{EngineProcess, Lost},
     threads::AtWork,
 };
@@ -88,9 +89,11 @@ impl ProcessEngine {
         })
     }
 
-    fn take(&self) -> Result<EngineProcess, Failure> {
+    /// One that waits, before all others one that keeps this target; a new one where none waits.
+    fn take(&self, target_sha256: Option<&str>) -> Result<EngineProcess, Failure> {
+        let keeps_it = |process: &EngineProcess| target_sha256.is_some_and(|sha256| process.keeps_target(sha256));
         loop {
-            let Some(mut process) = self.idle.take() else {
+            let Some(mut process) = self.idle.take(keeps_it) else {
                 return EngineProcess::start(&self.program, &self.bounds, &self.memory_watch).map_err(not_started);
             };
             if process.is_alive() {
@@ -99,10 +102,10 @@ impl ProcessEngine {
         }
     }
 
-    fn send(&self, request: Request, blobs: &[&[u8]], control: &Control) -> Result<(Reply, Vec<Digested>), Failure> {
-        let mut process = self.take()?;
+    fn send(&self, asked: &EngineRequest<'_>, control: &Control) -> Result<(Reply, Vec<Digested>), Failure> {
+        let mut process = self.take(asked.files.target_sha256)?;
         let (_at_work, threads) = self.at_work.begin();
-        match process.ask(Request { threads, ..request }, blobs, control) {
+        match process.ask(asked, threads, control) {
             Ok(answer) => {
                 if process.requests() < self.most_requests && process.is_as_new() {
                     self.idle.put(process);
@@ -144,8 +147,7 @@ impl Engine for ProcessEngine {
     }
 
     fn ask(&self, asked: &EngineRequest<'_>, control: &Control) -> Result<Answer, Failure> {
-        let (request, blobs) = Request::new(asked);
-        let (reply, blobs) = self.send(request, &blobs, control)?;
+        let (reply, blobs) = self.send(asked, control)?;
         let mut blobs = blobs.into_iter();
         let mut first = || blobs.next().map_or_else(Vec::new, |blob| blob.bytes);
         let (timings, warnings, judgment, names) = match reply {

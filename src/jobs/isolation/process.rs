@@ -13,6 +13,7 @@ use std::{
 
 use super::{
     frames::{self, Digested},
+    kept_target::SentTarget,
     limits::Bounds,
     memory_watch::{MemoryWatch, Watched},
     messages::{Message, Reply, Request},
@@ -20,7 +21,7 @@ use super::{
     program::Program,
     sandbox::Sandbox,
 };
-use crate::{engine::Control, telemetry::Metric};
+use crate::{engine::Control, jobs::EngineRequest, telemetry::Metric};
 
 /// How long a process may take to come up.
 const START: Duration = Duration::from_secs(30);
@@ -54,6 +55,7 @@ pub(super) struct EngineProcess {
     /// The thread that hears them, which ends with the process.
     words: Option<thread::JoinHandle<()>>,
     requests: u64,
+    target: SentTarget,
     watch: Watched,
     priority: Priority,
 }
@@ -93,7 +95,8 @@ impl EngineProcess {
         Metric::EngineProcesses.change(1.0);
         let watch = memory_watch.over(child.id());
         let priority = Priority::of(child.id());
-        let process = Self { child, input, answers, last_words, words: Some(words), requests: 0, watch, priority };
+        let (words, target) = (Some(words), SentTarget::default());
+        let process = Self { child, input, answers, last_words, words, requests: 0, target, watch, priority };
         match process.answers.recv_timeout(START) {
             Ok((Reply::Ready(sandbox), _)) => {
                 tell_of(sandbox);
@@ -106,6 +109,11 @@ impl EngineProcess {
     /// How many requests it was given.
     pub(super) const fn requests(&self) -> u64 {
         self.requests
+    }
+
+    /// Whether it keeps this target.
+    pub(super) fn keeps_target(&self, sha256: &str) -> bool {
+        self.target.is(sha256)
     }
 
     /// Whether the next request would be answered as fast as the first.
@@ -121,12 +129,15 @@ impl EngineProcess {
     /// Asks, and waits for the answer; tells `control` how far it is, and stops when it is canceled.
     pub(super) fn ask(
         &mut self,
-        request: Request,
-        blobs: &[&[u8]],
+        asked: &EngineRequest<'_>,
+        threads: usize,
         control: &Control,
     ) -> Result<(Reply, Vec<Digested>), Lost> {
         self.requests += 1;
-        if frames::write(&mut self.input, &Message::Ask(Box::new(request)), blobs).is_err() {
+        let (mut request, mut blobs) = Request::new(asked);
+        request.threads = threads;
+        self.target.leave_out(&mut request, &mut blobs, asked.files.target_sha256);
+        if frames::write(&mut self.input, &Message::Ask(Box::new(request)), &blobs).is_err() {
             return Err(self.crashed());
         }
         let began = Instant::now();

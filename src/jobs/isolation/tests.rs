@@ -1,5 +1,7 @@
 //! What goes over the pipes comes out as it went in, and nothing is believed because a number says so.
 
+use std::sync::Arc;
+
 use super::{frames, messages::*};
 use crate::{
     engine::{Failure, FailureCode, FieldError, Format, Knowledge, Limits, NamedBytes},
@@ -17,6 +19,7 @@ fn a_request_is_the_same_on_the_other_side() {
         target_rest: Some(file("rest.glb", b"rest")),
         scene: None,
         config: Some(file("config.yaml", b"align: off")),
+        target_sha256: None,
     };
     let question = Question::Explain { frame: 3, joint: "Hips".to_owned() };
     let limits = Limits { nodes: 7, ..Limits::default() };
@@ -30,6 +33,7 @@ fn a_request_is_the_same_on_the_other_side() {
     let mut pipe = pipe.as_slice();
     let (read, blobs) = frames::read::<Request>(&mut pipe).expect("reads").expect("is there");
     assert_eq!((&read.question, read.limits), (&question, limits), "what is asked");
+    let blobs: Vec<_> = blobs.into_iter().map(Arc::new).collect();
     let again = read.files(&blobs);
     let source = again.source.expect("is there");
     assert_eq!((source.name, source.bytes), ("walk.bvh", &b"source"[..]), "the source");

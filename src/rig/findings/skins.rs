@@ -6,7 +6,7 @@ use super::{FileFacts, Finding, FindingCode, places};
 use crate::{
     model::Reporter,
     rig::{
-        Part, Rig, Role,
+        Part, Recognizer, Rig, Role,
         rest::{BindPose, bind_pose},
     },
 };
@@ -75,7 +75,7 @@ fn examine_binds(rig: &Rig<'_>, found: &mut Vec<Finding>) {
 /// Which of the two poses counts, and how far apart they are.
 fn examine_bind_pose(rig: &Rig<'_>, found: &mut Vec<Finding>) {
     let mut reporter = Reporter::new();
-    let bind = bind_pose(rig.scene, &[], &mut reporter, "");
+    let bind = bind_pose(rig.scene, Recognizer::default(), &mut reporter, "");
     if let Some(ignored) = reporter.warnings().iter().find(|warning| warning.code == "bind_pose_ignored") {
         let detail = ignored.detail.clone();
         found.push(Finding { code: FindingCode::BindPoseIgnored, place: String::new(), detail });

@@ -1,6 +1,6 @@
 //! What is known of a skeleton beside its names and its rest pose.
 
-use super::template::RigTemplate;
+use super::recognizer::Recognizer;
 use crate::model::Scene;
 
 /// What is known of a skeleton beside its names and its rest pose.
@@ -10,8 +10,8 @@ pub struct Hints<'a> {
     pub declared: &'a [(String, usize)],
     /// The convention that `declared` follows, such as `vrm`.
     pub convention: Option<&'a str>,
-    /// The user's own templates, which are tried before the built-in ones.
-    pub templates: &'a [RigTemplate],
+    /// What the user taught, and what was recognized before.
+    pub recognizer: Recognizer<'a>,
     /// Joints that a viewer does not show, rising; a body of others goes before.
     pub hidden: &'a [usize],
     /// For each joint, whether it belongs to another character, which is not looked at. Empty: no joint does.
@@ -25,7 +25,7 @@ impl<'a> Hints<'a> {
         Self {
             declared: &scene.declared_roles,
             convention: scene.declared_convention,
-            templates: &[],
+            recognizer: Recognizer::default(),
             hidden: &scene.hidden_joints,
             excluded: &[],
         }

@@ -107,10 +107,18 @@ const PARTS_OF_CRAWLER: [Part; 3] = [Part::Root, Part::Leg, Part::Wing];
 /// viewer shows.
 #[must_use]
 pub fn recognize(skeleton: &Skeleton, rest: &ModelPose, hints: &Hints<'_>) -> Recognition {
+    let find = || find(skeleton, rest, hints);
+    match hints.recognizer.memory {
+        Some(memory) => memory.recall(skeleton, rest, hints, find),
+        None => find(),
+    }
+}
+
+fn find(skeleton: &Skeleton, rest: &ModelPose, hints: &Hints<'_>) -> Recognition {
     let mut declared = declared_roles(skeleton, hints.declared);
     let is_excluded = |joint: &usize| hints.excluded.get(*joint).copied().unwrap_or(false);
     declared.retain(|_, joints| !joints.iter().any(is_excluded));
-    let template = template::find(skeleton, hints.templates);
+    let template = template::find(skeleton, hints.recognizer.templates);
     let flagged = |joint: &usize| skeleton.joints()[*joint].is_joint;
     let mut recognition = Recognition::default();
     let joints_only = skeleton.joints().iter().any(|joint| joint.is_joint) && declared.values().flatten().all(flagged);

@@ -2,7 +2,7 @@
 
 use glam::DQuat;
 
-use super::{super::recognition::RigTemplate, standing::lean_of};
+use super::{super::recognition::Recognizer, standing::lean_of};
 use crate::model::{LocalPose, ModelPose, Reporter, Scene, Transform};
 
 /// How far a bone of the bind pose may be from the node pose's length, as a share of it, before the bind pose counts as being
@@ -38,7 +38,7 @@ pub(in crate::rig) enum BindPose {
 /// Nothing is said of bind matrices of other bone lengths than the skeleton's.
 pub(in crate::rig) fn bind_pose(
     scene: &Scene,
-    templates: &[RigTemplate],
+    recognizer: Recognizer<'_>,
     reporter: &mut Reporter,
     place: &str,
 ) -> BindPose {
@@ -85,18 +85,18 @@ pub(in crate::rig) fn bind_pose(
         );
         return BindPose::OtherLengths;
     }
-    BindPose::Other(set_upright(scene, pose, &nodes_model, templates))
+    BindPose::Other(set_upright(scene, pose, &nodes_model, recognizer))
 }
 
 /// The pose with the topmost bound joint as the bind matrices have it, where the body leans otherwise.
 ///
 /// Files are free to choose the space of those matrices; it is that of the model or that of a node above the joint
 /// (an armature).
-fn set_upright(scene: &Scene, pose: LocalPose, nodes: &ModelPose, templates: &[RigTemplate]) -> LocalPose {
+fn set_upright(scene: &Scene, pose: LocalPose, nodes: &ModelPose, recognizer: Recognizer<'_>) -> LocalPose {
     let Some(((joint, bind), up)) = topmost_bound(scene).zip(scene.axes.map(|axes| axes.up().direction())) else {
         return pose;
     };
-    let lean = |pose: &LocalPose| lean_of(scene, pose, up, templates);
+    let lean = |pose: &LocalPose| lean_of(scene, pose, up, recognizer);
     let Some(own) = lean(&pose) else { return pose };
     if own <= LEANS_LESS_RADIANS {
         return pose;

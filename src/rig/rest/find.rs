@@ -6,7 +6,7 @@ use super::{
     super::{
         error::{SpecError, SpecErrorKind, SpecField},
         lookup::find_clip,
-        recognition::RigTemplate,
+        recognition::Recognizer,
         spec::{ClipChoice, RestFrame, RestRule, RestSpec, RigSpec},
     },
     RestSource,
@@ -32,7 +32,7 @@ pub(in crate::rig) fn find_rest(
     name: &'static str,
     scene: &Scene,
     spec: &RigSpec,
-    templates: &[RigTemplate],
+    recognizer: Recognizer<'_>,
     reporter: &mut Reporter,
 ) -> Result<Rest, SpecError> {
     let found = match &spec.rest {
@@ -40,26 +40,26 @@ pub(in crate::rig) fn find_rest(
         RestSpec::Rule(RestRule::Nodes) => {
             laid_out(scene, RestSource::Nodes, "the config asks for the node transforms")
         }
-        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, templates, reporter, name) {
+        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, recognizer, reporter, name) {
             BindPose::Other(pose) => {
                 Found { pose, ..laid_out(scene, RestSource::Bind, "the config asks for the bind pose") }
             }
             _ => laid_out(scene, RestSource::Nodes, "the file has no bind pose of its own"),
         },
         RestSpec::Rule(rule @ (RestRule::Auto | RestRule::Solved)) => {
-            let found = of_the_file(name, scene, templates, reporter);
+            let found = of_the_file(name, scene, recognizer, reporter);
             // Files that say their axes have a rest pose by design, unless they are a motion and nothing else, written from a file without
             // one; and who says the axes of one knows the rig.
-            let may_have_none = || scene.axes.is_none() || is_motion_without_rest(scene, &found, templates);
+            let may_have_none = || scene.axes.is_none() || is_motion_without_rest(scene, &found, recognizer);
             match rule {
                 RestRule::Auto if spec.axes.is_none() && may_have_none() => in_a_step(
                     name,
                     scene,
-                    instead_of_none(name, scene, found, templates, reporter),
-                    templates,
+                    instead_of_none(name, scene, found, recognizer, reporter),
+                    recognizer,
                     reporter,
                 ),
-                RestRule::Auto => in_a_step(name, scene, found, templates, reporter),
+                RestRule::Auto => in_a_step(name, scene, found, recognizer, reporter),
                 _ => found,
             }
         }
@@ -116,8 +116,8 @@ pub(super) fn pose_of_frame(
 }
 
 /// The bind pose where it says something, else the node transforms.
-fn of_the_file(name: &str, scene: &Scene, templates: &[RigTemplate], reporter: &mut Reporter) -> Found {
-    let pose = match bind_pose(scene, templates, reporter, name) {
+fn of_the_file(name: &str, scene: &Scene, recognizer: Recognizer<'_>, reporter: &mut Reporter) -> Found {
+    let pose = match bind_pose(scene, recognizer, reporter, name) {
         BindPose::Missing => {
             return laid_out(scene, RestSource::Nodes, "the file has no bind pose, only the transforms of its nodes");
         }
@@ -129,7 +129,7 @@ fn of_the_file(name: &str, scene: &Scene, templates: &[RigTemplate], reporter: &
         }
         BindPose::Other(pose) => pose,
     };
-    let (bind, nodes) = (stand(scene, &pose, templates), stand(scene, &scene.skeleton.rest_pose(), templates));
+    let (bind, nodes) = (stand(scene, &pose, recognizer), stand(scene, &scene.skeleton.rest_pose(), recognizer));
     if bind <= nodes {
         let reason = "the skins were bound in it; the nodes hold another pose";
         return Found { pose, ..laid_out(scene, RestSource::Bind, reason) };
@@ -145,10 +145,10 @@ fn of_the_file(name: &str, scene: &Scene, templates: &[RigTemplate], reporter: &
 
 /// Whether a file has no skin, and its rest pose is no body while a frame of its clip is one: pose arrays of a capture whose bones lie
 /// on one axis at zero.
-fn is_motion_without_rest(scene: &Scene, found: &Found, templates: &[RigTemplate]) -> bool {
+fn is_motion_without_rest(scene: &Scene, found: &Found, recognizer: Recognizer<'_>) -> bool {
     is_without_skin(scene)
-        && stand(scene, &found.pose, templates) == Stand::No
-        && standing_frame(scene, Stand::No, templates).is_some()
+        && stand(scene, &found.pose, recognizer) == Stand::No
+        && standing_frame(scene, Stand::No, recognizer).is_some()
 }
 
 /// What to measure from where a file's rest pose is no body that stands.
@@ -156,18 +156,18 @@ pub(super) fn instead_of_none(
     name: &str,
     scene: &Scene,
     found: Found,
-    templates: &[RigTemplate],
+    recognizer: Recognizer<'_>,
     reporter: &mut Reporter,
 ) -> Found {
     let is_of_other_bones = is_overridden(scene);
-    let own = if is_of_other_bones { Stand::No } else { stand(scene, &found.pose, templates) };
+    let own = if is_of_other_bones { Stand::No } else { stand(scene, &found.pose, recognizer) };
     if own <= Stand::Named {
         return found;
     }
     let hint = format!("name a better pose in {name}.rest, or send a rest file; a T pose is best");
     // Any frame is of the right bones at least.
     let any = || scene.clips.iter().position(Clip::is_animated).filter(|_| is_of_other_bones).map(|clip| (clip, 0));
-    if let Some((clip, frame)) = standing_frame(scene, own, templates).or_else(any) {
+    if let Some((clip, frame)) = standing_frame(scene, own, recognizer).or_else(any) {
         let clip_name = scene.clips[clip].name().to_owned();
         reporter.warn(
             "rest_pose_from_clip",
@@ -184,7 +184,7 @@ pub(super) fn instead_of_none(
         );
         return Found { pose, source: RestSource::StandingFrame, reason, frame: Some((clip, frame)) };
     }
-    if own != Stand::No || !is_biped(scene, &found.pose, templates) {
+    if own != Stand::No || !is_biped(scene, &found.pose, recognizer) {
         return found;
     }
     reporter.warn(
@@ -198,8 +198,8 @@ pub(super) fn instead_of_none(
 }
 
 /// Itself, and where it is a moment of a walk, called so: how its feet and hands lie then says nothing.
-fn in_a_step(name: &str, scene: &Scene, found: Found, templates: &[RigTemplate], reporter: &mut Reporter) -> Found {
-    if found.source != RestSource::Nodes || !is_moment(scene, &found.pose, templates) {
+fn in_a_step(name: &str, scene: &Scene, found: Found, recognizer: Recognizer<'_>, reporter: &mut Reporter) -> Found {
+    if found.source != RestSource::Nodes || !is_moment(scene, &found.pose, recognizer) {
         return found;
     }
     let clip = scene.clips.iter().position(Clip::is_animated);

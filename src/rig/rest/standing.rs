@@ -6,7 +6,7 @@ use glam::DVec3;
 use crate::model::{Clip, LocalPose, ModelPose, Scene};
 
 use super::super::recognition::{
-    Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, Side, lean, recognize,
+    Hints, Part, Recognition, Recognizer, RestPoseKind, RigKind, Role, Side, lean, recognize,
 };
 
 /// Frames that are tried, evenly spread over a clip. A capture that holds no body in any of them holds none.
@@ -36,8 +36,8 @@ pub(super) enum Stand {
 }
 
 /// How far a pose of a scene's skeleton is a body.
-pub(super) fn stand(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> Stand {
-    let recognition = recognized(scene, pose, templates);
+pub(super) fn stand(scene: &Scene, pose: &LocalPose, recognizer: Recognizer<'_>) -> Stand {
+    let recognition = recognized(scene, pose, recognizer);
     match (&recognition.body, recognition.rest_pose) {
         (None, _) => Stand::No,
         (Some(_), RestPoseKind::Other) => Stand::Stands,
@@ -47,28 +47,28 @@ pub(super) fn stand(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) 
 }
 
 /// Whether the joints are those of a body with limbs, in whatever pose.
-pub(super) fn is_biped(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> bool {
-    recognized(scene, pose, templates).kind == RigKind::Biped
+pub(super) fn is_biped(scene: &Scene, pose: &LocalPose, recognizer: Recognizer<'_>) -> bool {
+    recognized(scene, pose, recognizer).kind == RigKind::Biped
 }
 
 /// How far the body of a pose leans against an axis that is up, in radians; nothing where it is no body.
-pub(super) fn lean_of(scene: &Scene, pose: &LocalPose, vertical: DVec3, templates: &[RigTemplate]) -> Option<f64> {
+pub(super) fn lean_of(scene: &Scene, pose: &LocalPose, vertical: DVec3, recognizer: Recognizer<'_>) -> Option<f64> {
     let model = pose.to_model(&scene.skeleton);
-    let recognition = recognize(&scene.skeleton, &model, &Hints { templates, ..Hints::of(scene) });
+    let recognition = recognize(&scene.skeleton, &model, &Hints { recognizer, ..Hints::of(scene) });
     lean(&recognition.roles, &model, vertical)
 }
 
-fn recognized(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> Recognition {
+fn recognized(scene: &Scene, pose: &LocalPose, recognizer: Recognizer<'_>) -> Recognition {
     let model = pose.to_model(&scene.skeleton);
-    recognize(&scene.skeleton, &model, &Hints { templates, ..Hints::of(scene) })
+    recognize(&scene.skeleton, &model, &Hints { recognizer, ..Hints::of(scene) })
 }
 
 /// The first frame of the first clip in which a body stands: clip, and frame. Instead of a pose that stands, only a first frame that
 /// was laid out will do: in the middle of a dance, arms are in an A pose by chance.
-pub(super) fn standing_frame(scene: &Scene, instead_of: Stand, templates: &[RigTemplate]) -> Option<(usize, usize)> {
+pub(super) fn standing_frame(scene: &Scene, instead_of: Stand, recognizer: Recognizer<'_>) -> Option<(usize, usize)> {
     let index = scene.clips.iter().position(Clip::is_animated)?;
     let clip = &scene.clips[index];
-    let stands = |frame: &usize| stand(scene, &clip.local_pose(&scene.skeleton, *frame), templates);
+    let stands = |frame: &usize| stand(scene, &clip.local_pose(&scene.skeleton, *frame), recognizer);
     if instead_of != Stand::No {
         return (stands(&0) == Stand::LaidOut).then_some((index, 0));
     }
@@ -79,10 +79,10 @@ pub(super) fn standing_frame(scene: &Scene, instead_of: Stand, templates: &[RigT
 
 /// Whether a pose that nobody bound a skin in is in the middle of a step, and the first frame of the clip that moves, where one does:
 /// nobody laid that out.
-pub(super) fn is_moment(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> bool {
+pub(super) fn is_moment(scene: &Scene, pose: &LocalPose, recognizer: Recognizer<'_>) -> bool {
     is_without_skin(scene)
         && scene.clips.iter().find(|clip| clip.is_animated()).is_none_or(|clip| is_first_frame(scene, pose, clip))
-        && is_step(&recognized(scene, pose, templates), &pose.to_model(&scene.skeleton))
+        && is_step(&recognized(scene, pose, recognizer), &pose.to_model(&scene.skeleton))
 }
 
 /// Whether nothing says how a body was when a skin was bound to it.

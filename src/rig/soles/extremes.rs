@@ -38,17 +38,21 @@ impl FootFrame {
         [self.down].into_iter().chain(TILTS.into_iter().flat_map(about)).collect()
     }
 
-    /// Where a point is when the toes are bent up and the shin leans forward by so many degrees.
-    fn bent(&self, point: &SupportPoint, [toes, shin]: [f64; 2]) -> DVec3 {
+    /// Where points are when the toes are bent up and the shin leans forward by so many degrees.
+    fn bent(&self, points: &[SupportPoint], [toes, shin]: [f64; 2]) -> Vec<DVec3> {
         let turn = |degrees: f64, axis: DVec3| DQuat::from_axis_angle(axis, degrees.to_radians());
-        let mut place = point.from_end;
-        if let Some(ball) = self.ball.filter(|_| point.toes > 0.0) {
-            place += (ball + turn(toes, -self.left) * (point.from_end - ball) - point.from_end) * point.toes;
-        }
-        if point.shin > 0.0 {
-            place += (turn(shin, self.left) * point.from_end - point.from_end) * point.shin;
-        }
-        place
+        let (toes, shin) = (turn(toes, -self.left), turn(shin, self.left));
+        let place = |point: &SupportPoint| {
+            let mut place = point.from_end;
+            if let Some(ball) = self.ball.filter(|_| point.toes > 0.0) {
+                place += (ball + toes * (point.from_end - ball) - point.from_end) * point.toes;
+            }
+            if point.shin > 0.0 {
+                place += (shin * point.from_end - point.from_end) * point.shin;
+            }
+            place
+        };
+        points.iter().map(place).collect()
     }
 }
 
@@ -57,15 +61,22 @@ pub(super) fn extreme(points: &[SupportPoint], frame: &FootFrame) -> Vec<Support
     let mut found = BTreeSet::new();
     let directions = frame.directions();
     for bends in BENDS {
-        let places: Vec<DVec3> = points.iter().map(|point| frame.bent(point, bends)).collect();
-        for direction in &directions {
-            let farthest = (0..places.len()).max_by(|one, other| {
-                places[*one].dot(*direction).total_cmp(&places[*other].dot(*direction)).then(other.cmp(one))
-            });
-            found.extend(farthest);
-        }
+        let places = frame.bent(points, bends);
+        found.extend(directions.iter().filter_map(|direction| first_farthest(&places, *direction)));
     }
     found.into_iter().map(|index| points[index]).collect()
+}
+
+/// The first of those that are farthest in a direction.
+fn first_farthest(places: &[DVec3], direction: DVec3) -> Option<usize> {
+    let mut farthest = (0, places.first()?.dot(direction));
+    for (index, place) in places.iter().enumerate().skip(1) {
+        let distance = place.dot(direction);
+        if distance.total_cmp(&farthest.1).is_gt() {
+            farthest = (index, distance);
+        }
+    }
+    Some(farthest.0)
 }
 
 /// The point that is extreme in a direction.

@@ -1,7 +1,5 @@
 //! Soles from the mesh.
 
-use std::collections::BTreeMap;
-
 use glam::DVec3;
 
 use crate::model::SkinPoint;
@@ -91,17 +89,25 @@ fn influences(foot: &Foot<'_, '_>) -> Vec<(usize, usize, SkinPoint)> {
 /// The vertices of a foot, with the shares of each that move with toes and shin. Vertices of equal place count once.
 fn vertices(foot: &Foot<'_, '_>) -> Vec<SupportPoint> {
     let (scene, rest) = (foot.side.scene, foot.side.rest.transforms());
-    let mut seen: BTreeMap<[i64; 3], [Seen; 3]> = BTreeMap::new();
     let grid = SAME_PLACE * foot.length;
-    for (part, joint, point) in influences(foot) {
+    let in_cell = |(part, joint, point): (usize, usize, SkinPoint)| {
         let bind = scene.bind_pose.get(joint).copied().flatten().unwrap_or(rest[joint]);
         let position = point.position.as_dvec3();
         let (bound, weight) = (bind.transform_point(position), f64::from(point.weight));
-        let seen = &mut seen.entry((bound / grid).round().as_i64vec3().to_array()).or_default()[part];
-        seen.place += rest[joint].transform_point(position) * weight;
-        seen.weight += weight;
-    }
-    seen.values().filter_map(|seen| vertex(foot, seen)).collect()
+        let cell = (bound / grid).round().as_i64vec3().to_array();
+        (cell, part, Seen { weight, place: rest[joint].transform_point(position) * weight })
+    };
+    let mut cells: Vec<([i64; 3], usize, Seen)> = influences(foot).into_iter().map(in_cell).collect();
+    cells.sort_by_key(|(cell, ..)| *cell);
+    let of_cell = |cells: &[([i64; 3], usize, Seen)]| {
+        let mut seen = [Seen::default(); 3];
+        for (_, part, one) in cells {
+            seen[*part].place += one.place;
+            seen[*part].weight += one.weight;
+        }
+        vertex(foot, &seen)
+    };
+    cells.chunk_by(|(one, ..), (other, ..)| one == other).filter_map(of_cell).collect()
 }
 
 /// A vertex from what foot, toes and shin say of it; nothing of one that is the shin's.

@@ -130,11 +130,8 @@ fn declared_roles_win_over_names() {
     // Nonsense on purpose, and a joint that does not exist.
     let declared = [("hips".to_owned(), index("Hips")), ("head".to_owned(), index("Neck")), ("jaw".to_owned(), 999)];
     let rest = skeleton.rest_pose().to_model(&skeleton);
-    let recognition = recognize(
-        &skeleton,
-        &rest,
-        &Hints { declared: &declared, convention: Some("vrm"), templates: &[], ..Hints::default() },
-    );
+    let recognition =
+        recognize(&skeleton, &rest, &Hints { declared: &declared, convention: Some("vrm"), ..Hints::default() });
     let head = &recognition.roles[&Role::center(Part::Head)];
     assert_eq!((head.joints.as_slice(), head.confidence), (&[index("Neck")][..], 1.0), "declared, so certain");
     assert!(!recognition.roles.contains_key(&Role::center(Part::Jaw)), "an index out of range is nothing");
@@ -272,7 +269,8 @@ fn a_template_of_the_users_names_what_no_lexicon_knows() {
     let templates = [parse_template(document).expect("a template")];
     let skeleton = figure(code);
     let rest = skeleton.rest_pose().to_model(&skeleton);
-    let recognition = recognize(&skeleton, &rest, &Hints { templates: &templates, ..Hints::default() });
+    let recognition =
+        recognize(&skeleton, &rest, &Hints { recognizer: templates.as_slice().into(), ..Hints::default() });
     assert_eq!(recognition.recognised_as.as_deref(), Some("house_rig"), "by its own name");
     assert!(!recognition.by_shape, "the template says what the names mean");
     assert_eq!(recognition.roles.len(), 4 + 16, "every joint");

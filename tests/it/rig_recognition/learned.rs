@@ -22,8 +22,14 @@ fn a_rig_is_known_by_the_template_that_was_learned_from_it() {
         let template = parse_template(serde_json::to_value(&template).expect("a document"));
         let template = template.unwrap_or_else(|error| panic!("{}: {error:?}", sample.path));
         assert_eq!(template.name, "house_rig_7", "a name that templates may have");
-        let again =
-            Rig::with_templates("source", scene, None, &spec, std::slice::from_ref(&template), &mut Reporter::new());
+        let again = Rig::with_recognizer(
+            "source",
+            scene,
+            None,
+            &spec,
+            std::slice::from_ref(&template).into(),
+            &mut Reporter::new(),
+        );
         let again = again.expect("a rig").recognition;
         if scene.declared_roles.is_empty() {
             assert_eq!(again.recognised_as.as_deref(), Some("house_rig_7"), "{}", sample.path);

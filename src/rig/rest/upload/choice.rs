@@ -5,7 +5,7 @@ use crate::model::{Clip, LocalPose, Reporter, Scene};
 use super::super::{
     super::{
         error::SpecError,
-        recognition::RigTemplate,
+        recognition::Recognizer,
         spec::{ClipChoice, RestFrame, RestRule, RestSpec},
     },
     RestSource,
@@ -37,7 +37,7 @@ pub(super) fn choose(
     side: &'static str,
     scene: &Scene,
     spec: &RestSpec,
-    templates: &[RigTemplate],
+    recognizer: Recognizer<'_>,
     reporter: &mut Reporter,
 ) -> Result<Choice, SpecError> {
     let of_found = |found: Found, spec: &RestSpec| Choice {
@@ -58,14 +58,14 @@ pub(super) fn choose(
         RestSpec::Rule(RestRule::Nodes) => {
             of_found(laid_out(scene, RestSource::Upload, "the config asks for the nodes of the rest file"), spec)
         }
-        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, templates, reporter, side) {
+        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, recognizer, reporter, side) {
             BindPose::Other(pose) => {
                 let reason = "the config asks for the pose in which the skins of the rest file were bound";
                 of_found(Found { pose, ..laid_out(scene, RestSource::Upload, reason) }, spec)
             }
             _ => of_found(laid_out(scene, RestSource::Upload, "the rest file has no bind pose of its own"), spec),
         },
-        RestSpec::Rule(RestRule::Auto | RestRule::Solved) => found_out(side, scene, spec, templates, reporter),
+        RestSpec::Rule(RestRule::Auto | RestRule::Solved) => found_out(side, scene, spec, recognizer, reporter),
     })
 }
 
@@ -73,7 +73,7 @@ fn found_out(
     side: &'static str,
     scene: &Scene,
     spec: &RestSpec,
-    templates: &[RigTemplate],
+    recognizer: Recognizer<'_>,
     reporter: &mut Reporter,
 ) -> Choice {
     let nodes = Choice {
@@ -87,7 +87,7 @@ fn found_out(
     if let Some((clip, frame)) = held_frame(scene) {
         let pose = scene.clips[clip].local_pose(&scene.skeleton, frame);
         if scene.axes.is_none() {
-            return instead_of_zero_pose(scene, pose, nodes, side, templates);
+            return instead_of_zero_pose(scene, pose, nodes, side, recognizer);
         }
         let doubt = (
             format!(
@@ -100,13 +100,13 @@ fn found_out(
     }
     if scene.axes.is_none() {
         let zero = laid_out(scene, RestSource::Upload, nodes.reason.clone());
-        let Found { pose, source, reason, frame } = instead_of_none(side, scene, zero, templates, reporter);
+        let Found { pose, source, reason, frame } = instead_of_none(side, scene, zero, recognizer, reporter);
         let spec = frame
             .map_or(nodes.spec, |(clip, frame)| RestSpec::Frame(RestFrame { clip: ClipChoice::Index(clip), frame }));
         return Choice { pose, source, reason, spec, bind: None, doubt: None };
     }
-    match bind_pose(scene, templates, &mut Reporter::new(), side) {
-        BindPose::Other(bind) => nodes_or_bind(scene, nodes, bind, side, templates),
+    match bind_pose(scene, recognizer, &mut Reporter::new(), side) {
+        BindPose::Other(bind) => nodes_or_bind(scene, nodes, bind, side, recognizer),
         _ => nodes,
     }
 }
@@ -117,9 +117,9 @@ fn instead_of_zero_pose(
     pose: LocalPose,
     nodes: Choice,
     side: &str,
-    templates: &[RigTemplate],
+    recognizer: Recognizer<'_>,
 ) -> Choice {
-    let (frame, zero) = (stand(scene, &pose, templates), stand(scene, &nodes.pose, templates));
+    let (frame, zero) = (stand(scene, &pose, recognizer), stand(scene, &nodes.pose, recognizer));
     if frame > zero {
         let doubt = (
             "the frame of the rest file is no body that stands in a known pose; the pose with all channels at zero is taken".to_owned(),
@@ -142,8 +142,8 @@ fn instead_of_zero_pose(
     }
 }
 
-fn nodes_or_bind(scene: &Scene, nodes: Choice, bind: LocalPose, side: &str, templates: &[RigTemplate]) -> Choice {
-    let (bound, standing) = (stand(scene, &bind, templates), stand(scene, &nodes.pose, templates));
+fn nodes_or_bind(scene: &Scene, nodes: Choice, bind: LocalPose, side: &str, recognizer: Recognizer<'_>) -> Choice {
+    let (bound, standing) = (stand(scene, &bind, recognizer), stand(scene, &nodes.pose, recognizer));
     if standing > Stand::Named && bound <= Stand::Named {
         let doubt = (
             "the nodes of the rest file are no body that stands in a known pose; the pose that its skins were bound in is \

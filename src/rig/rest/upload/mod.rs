@@ -46,7 +46,7 @@ use self::{
 use super::{
     super::{
         error::SpecError,
-        recognition::RigTemplate,
+        recognition::Recognizer,
         rig::Rig,
         spec::{RestRule, RestSpec, RigSpec},
     },
@@ -68,14 +68,14 @@ pub(in crate::rig) fn uploaded(
     rig: &Rig<'_>,
     rest_scene: &Scene,
     spec: &RigSpec,
-    templates: &[RigTemplate],
+    recognizer: Recognizer<'_>,
     reporter: &mut Reporter,
 ) -> Result<(Rest, RestFit), SpecError> {
     let part = if rig.name == "source" { "source_rest" } else { "target_rest" };
     fit::check_skeleton(rig.name, rest_scene)?;
     let mut own = Reporter::new();
-    let mut choice = choose(rig.name, rest_scene, &spec.rest, templates, &mut own)?;
-    let mut rest = rig_in(part, rest_scene, &choice, templates, &mut own)?;
+    let mut choice = choose(rig.name, rest_scene, &spec.rest, recognizer, &mut own)?;
+    let mut rest = rig_in(part, rest_scene, &choice, recognizer, &mut own)?;
     let mut matching = Matching::find(rig, &rest);
     check_match(rig, &rest, &matching)?;
     let mut space = rig_from_rest(rig, &rest, &matching);
@@ -89,7 +89,7 @@ pub(in crate::rig) fn uploaded(
             doubt: None,
             ..choice
         };
-        rest = rig_in(part, rest_scene, &choice, templates, &mut Reporter::new())?;
+        rest = rig_in(part, rest_scene, &choice, recognizer, &mut Reporter::new())?;
         matching = Matching::find(rig, &rest);
         space = rig_from_rest(rig, &rest, &matching);
     }
@@ -136,7 +136,7 @@ fn rig_in<'a>(
     part: &'static str,
     scene: &'a Scene,
     choice: &Choice,
-    templates: &[RigTemplate],
+    recognizer: Recognizer<'_>,
     reporter: &mut Reporter,
 ) -> Result<Rig<'a>, SpecError> {
     let rest = Rest {
@@ -146,7 +146,7 @@ fn rig_in<'a>(
         spec: RestSpec::default(),
         is_to_be_solved: false,
     };
-    let mut rig = Rig::at_rest(part, scene, rest, &RigSpec::default(), templates, reporter)?;
+    let mut rig = Rig::at_rest(part, scene, rest, &RigSpec::default(), recognizer, reporter)?;
     put_onto_floor(&mut rig);
     Ok(rig)
 }

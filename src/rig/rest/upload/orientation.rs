@@ -10,7 +10,7 @@ use crate::model::{Clip, ModelPose, Scene};
 
 use super::{
     super::{
-        super::rig::Rig,
+        super::{recognition::Recognizer, rig::Rig},
         bind::{BindPose, bind_pose},
         rest_fit::OrientationFrom,
     },
@@ -121,7 +121,7 @@ impl Laid<'_> {
 pub(super) fn poses_of(rig: &Rig<'_>) -> Vec<ModelPose> {
     let (scene, skeleton): (&Scene, _) = (rig.scene, rig.skeleton());
     let mut poses = vec![rig.rest.clone(), skeleton.rest_pose().to_model(skeleton)];
-    if let BindPose::Other(bind) = bind_pose(scene, &[], &mut Reporter::new(), rig.name) {
+    if let BindPose::Other(bind) = bind_pose(scene, Recognizer::default(), &mut Reporter::new(), rig.name) {
         poses.push(bind.to_model(skeleton));
     }
     let clips = scene.clips.iter().filter(|clip: &&Clip| clip.frame_count() > 0).take(CLIPS_LOOKED_AT);
