@@ -9,7 +9,11 @@ use crate::{
     rig::{ClipChoice, Rig, SpecError, SpecErrorKind, SpecField, find_clip},
 };
 
-use super::{Failure, Inputs, Knowledge, Memory, NamedBytes, swapped_inputs};
+use super::{
+    Failure, Inputs, Knowledge, NamedBytes,
+    memory::{LastFile, Memory},
+    swapped_inputs,
+};
 
 /// A file that has been read.
 #[derive(Debug)]
@@ -45,33 +49,31 @@ fn read(file: NamedBytes<'_>, part: &'static str, limits: &Limits, control: &Con
     Ok(LoadedFile { scene, format, decoded_bytes: budget.decoded_bytes(), warnings })
 }
 
-/// Reads the target, or finds it read.
-fn load_target(
+/// Reads one input, or finds it read before.
+fn load_or_recall(
     file: NamedBytes<'_>,
-    limits: &Limits,
-    control: &Control,
-    memory: Option<&Memory>,
+    part: &'static str,
+    last: Option<&LastFile>,
+    (limits, control): (&Limits, &Control),
     reporter: &mut Reporter,
 ) -> Result<Arc<LoadedFile>, Failure> {
-    const PART: &str = "target";
-    let known = memory.and_then(|memory| memory.target(file, limits));
-    let loaded = match known {
+    let loaded = match last.and_then(|last| last.recall(file, limits)) {
         Some(known) => known,
         None => {
-            let loaded = Arc::new(read(file, PART, limits, control)?);
-            if let Some(memory) = memory {
-                memory.keep_target(file, limits, &loaded);
+            let loaded = Arc::new(read(file, part, limits, control)?);
+            if let Some(last) = last {
+                last.keep(file, limits, &loaded);
             }
             loaded
         }
     };
-    reporter.absorb(PART, loaded.warnings.clone());
+    reporter.absorb(part, loaded.warnings.clone());
     Ok(loaded)
 }
 
 /// The files of a retarget, read.
 pub(super) struct Files {
-    pub(super) source: LoadedFile,
+    pub(super) source: Arc<LoadedFile>,
     pub(super) target: Arc<LoadedFile>,
     source_rest: Option<LoadedFile>,
     target_rest: Option<LoadedFile>,
@@ -98,13 +100,15 @@ impl Files {
         (limits, control): (&Limits, &Control),
         reporter: &mut Reporter,
     ) -> Result<Self, Failure> {
-        let mut source = load(inputs.source, "source", limits, control, reporter)?;
+        let bounds = (limits, control);
+        let last = |pick: fn(&Memory) -> &LastFile| memory.map(pick);
+        let mut source = load_or_recall(inputs.source, "source", last(|memory| &memory.source), bounds, reporter)?;
         // A source is not written back: of its document nothing is looked at again but the meshes of its morphs, and all of them for a
-        // picture. It is as large as the file, and the longest files are sources.
-        if source.scene.morphs.is_empty() && !is_source_shown {
-            source.scene.payload = Payload::default();
+        // picture. It is as large as the file, and the longest files are sources, which nobody keeps.
+        if let Some(own) = Arc::get_mut(&mut source).filter(|own| own.scene.morphs.is_empty() && !is_source_shown) {
+            own.scene.payload = Payload::default();
         }
-        let target = load_target(inputs.target, limits, control, memory, reporter)?;
+        let target = load_or_recall(inputs.target, "target", last(|memory| &memory.target), bounds, reporter)?;
         let mut read = |file, part| load(file, part, limits, control, reporter);
         Ok(Self {
             source,

@@ -1,4 +1,5 @@
-//! What the engine found out lately and may need again, so that one character serves many clips without being read and recognized for each.
+//! What the engine found out lately and may need again, so that one character serves many clips, and one clip moves many characters, without
+//! being read and recognized for each.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -9,12 +10,17 @@ use crate::{
 
 use super::{NamedBytes, files::LoadedFile};
 
-/// What was found out lately: the last target, read, and what skeletons mean. No answer depends on it, only how long it takes.
+/// What was found out lately: the last source and the last target, read, and what skeletons mean. No answer depends on it, only how long it takes.
 #[derive(Debug, Default)]
 pub struct Memory {
     recognitions: RecognitionMemory,
-    target: Mutex<Option<KeptFile>>,
+    pub(super) source: LastFile,
+    pub(super) target: LastFile,
 }
+
+/// The last file of one side, unless it is large.
+#[derive(Debug, Default)]
+pub(super) struct LastFile(Mutex<Option<KeptFile>>);
 
 /// A file that was read, and what it was read from.
 #[derive(Debug)]
@@ -26,25 +32,27 @@ struct KeptFile {
 }
 
 impl Memory {
+    /// What recognizes with these templates.
+    pub(super) fn recognizer<'a>(&'a self, templates: &'a [RigTemplate]) -> Recognizer<'a> {
+        Recognizer { templates, memory: Some(&self.recognitions) }
+    }
+}
+
+impl LastFile {
     /// A larger file is not kept.
     const MAX_FILE_BYTES: usize = 16 << 20;
     /// Nor one of which more was decoded.
     const MAX_DECODED_BYTES: u64 = 64 << 20;
 
-    /// What recognizes with these templates.
-    pub(super) fn recognizer<'a>(&'a self, templates: &'a [RigTemplate]) -> Recognizer<'a> {
-        Recognizer { templates, memory: Some(&self.recognitions) }
-    }
-
-    /// The target as it was read before, where the last one was this file.
-    pub(super) fn target(&self, file: NamedBytes<'_>, limits: &Limits) -> Option<Arc<LoadedFile>> {
-        let kept = self.target.lock().unwrap_or_else(PoisonError::into_inner);
+    /// The file as it was read before, where it is the last one.
+    pub(super) fn recall(&self, file: NamedBytes<'_>, limits: &Limits) -> Option<Arc<LoadedFile>> {
+        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let is_same = |kept: &&KeptFile| kept.name == file.name && kept.limits == *limits && kept.bytes == file.bytes;
         kept.as_ref().filter(is_same).map(|kept| Arc::clone(&kept.loaded))
     }
 
-    /// Keeps a target in place of the last one, unless it is large.
-    pub(super) fn keep_target(&self, file: NamedBytes<'_>, limits: &Limits, loaded: &Arc<LoadedFile>) {
+    /// Keeps a file in place of the last one, unless it is large.
+    pub(super) fn keep(&self, file: NamedBytes<'_>, limits: &Limits, loaded: &Arc<LoadedFile>) {
         let is_small = file.bytes.len() <= Self::MAX_FILE_BYTES && loaded.decoded_bytes <= Self::MAX_DECODED_BYTES;
         let kept = is_small.then(|| KeptFile {
             name: file.name.to_owned(),
@@ -52,7 +60,7 @@ impl Memory {
             limits: *limits,
             loaded: Arc::clone(loaded),
         });
-        let before = std::mem::replace(&mut *self.target.lock().unwrap_or_else(PoisonError::into_inner), kept);
+        let before = std::mem::replace(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner), kept);
         // Outside of the lock: it may be large.
         drop(before);
     }
@@ -99,7 +107,7 @@ mod tests {
             assert_eq!(outcome.outputs[0].bytes, plain.outputs[0].bytes);
             assert_eq!(text(&outcome), text(&plain));
             assert_eq!(outcome.resolved_spec, plain.resolved_spec);
-            assert!(memory.target(target, &limits).is_some(), "it is kept");
+            assert!(memory.target.recall(target, &limits).is_some(), "it is kept");
         }
     }
 
@@ -112,14 +120,14 @@ mod tests {
         let limits = Limits::default();
         let memory = Arc::new(Memory::default());
         retarget(target, &Knowledge::default().remembering(Arc::clone(&memory)), &limits);
-        assert!(memory.target(target, &limits).is_some());
-        assert!(memory.target(NamedBytes { name: "mannequin.vrm", ..target }, &limits).is_none());
-        assert!(memory.target(NamedBytes { bytes: &other, ..target }, &limits).is_none());
-        assert!(memory.target(target, &Limits { nodes: 7, ..limits }).is_none());
-        memory.keep_target(NamedBytes { bytes: &vec![0; Memory::MAX_FILE_BYTES + 1], ..target }, &limits, &{
-            let kept = memory.target(target, &limits);
+        assert!(memory.target.recall(target, &limits).is_some());
+        assert!(memory.target.recall(NamedBytes { name: "mannequin.vrm", ..target }, &limits).is_none());
+        assert!(memory.target.recall(NamedBytes { bytes: &other, ..target }, &limits).is_none());
+        assert!(memory.target.recall(target, &Limits { nodes: 7, ..limits }).is_none());
+        memory.target.keep(NamedBytes { bytes: &vec![0; LastFile::MAX_FILE_BYTES + 1], ..target }, &limits, &{
+            let kept = memory.target.recall(target, &limits);
             kept.expect("kept")
         });
-        assert!(memory.target(target, &limits).is_none(), "a large file takes its place and is not kept");
+        assert!(memory.target.recall(target, &limits).is_none(), "a large file takes its place and is not kept");
     }
 }

@@ -107,10 +107,9 @@ pub(crate) fn hand(side: &Rig<'_>, limb: Limb, unit: f64) -> Option<Capsule> {
 
 /// Which value such a share of them is below; there is one at least.
 fn share_of(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
     let index = (values.len() as f64 * share) as usize;
-    values[index.min(values.len() - 1)]
+    *values.select_nth_unstable_by(index.min(values.len() - 1), f64::total_cmp).1
 }
 
 type Named = (&'static str, Option<Limb>, Capsule);

@@ -10,6 +10,8 @@ use super::SupportPoint;
 const TILTS: [f64; 4] = [8.0, 25.0, 45.0, 75.0];
 /// Directions about straight down at every tilt.
 const AZIMUTHS: u32 = 8;
+/// Distances that are compared at once.
+const LANES: usize = 8;
 /// Degrees by which toes are bent up, and by which the shin leans forward.
 const BENDS: [[f64; 2]; 5] = [[0.0, 0.0], [25.0, 0.0], [55.0, 0.0], [0.0, 35.0], [0.0, -35.0]];
 
@@ -58,25 +60,49 @@ impl FootFrame {
 
 /// The points that are extreme in a direction that may point down, in their order.
 pub(super) fn extreme(points: &[SupportPoint], frame: &FootFrame) -> Vec<SupportPoint> {
-    let mut found = BTreeSet::new();
+    let (mut found, mut distances) = (BTreeSet::new(), Vec::with_capacity(points.len()));
     let directions = frame.directions();
-    for bends in BENDS {
-        let places = frame.bent(points, bends);
-        found.extend(directions.iter().filter_map(|direction| first_farthest(&places, *direction)));
+    let has_toes = frame.ball.is_some() && points.iter().any(|point| point.toes > 0.0);
+    let has_shin = points.iter().any(|point| point.shin > 0.0);
+    // What nothing hangs on bends nothing.
+    for [toes, shin] in
+        BENDS.into_iter().filter(|[toes, shin]| (has_toes || *toes == 0.0) && (has_shin || *shin == 0.0))
+    {
+        let places = Columns::of(&frame.bent(points, [toes, shin]));
+        found.extend(directions.iter().filter_map(|direction| places.first_farthest(*direction, &mut distances)));
     }
     found.into_iter().map(|index| points[index]).collect()
 }
 
-/// The first of those that are farthest in a direction.
-fn first_farthest(places: &[DVec3], direction: DVec3) -> Option<usize> {
-    let mut farthest = (0, places.first()?.dot(direction));
-    for (index, place) in places.iter().enumerate().skip(1) {
-        let distance = place.dot(direction);
-        if distance.total_cmp(&farthest.1).is_gt() {
-            farthest = (index, distance);
-        }
+/// Places by coordinate, so that several are compared at once.
+#[derive(Debug, Default)]
+struct Columns {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    z: Vec<f64>,
+}
+
+impl Columns {
+    fn of(places: &[DVec3]) -> Self {
+        let column = |pick: fn(&DVec3) -> f64| places.iter().map(pick).collect();
+        Self { x: column(|place| place.x), y: column(|place| place.y), z: column(|place| place.z) }
     }
-    Some(farthest.0)
+
+    /// The first of those that are farthest in a direction. `distances` is room for one number for each.
+    fn first_farthest(&self, direction: DVec3, distances: &mut Vec<f64>) -> Option<usize> {
+        let places = self.x.iter().zip(&self.y).zip(&self.z);
+        distances.clear();
+        distances.extend(places.map(|((x, y), z)| x * direction.x + y * direction.y + z * direction.z));
+        let farther = |most: f64, one: f64| if one > most { one } else { most };
+        let mut most = [f64::NEG_INFINITY; LANES];
+        let lanes = distances.chunks_exact(LANES);
+        let rest = lanes.remainder();
+        for lane in lanes {
+            most.iter_mut().zip(lane).for_each(|(most, one)| *most = farther(*most, *one));
+        }
+        let farthest = most.into_iter().chain(rest.iter().copied()).fold(f64::NEG_INFINITY, farther);
+        distances.iter().position(|distance| *distance == farthest)
+    }
 }
 
 /// The point that is extreme in a direction.

@@ -8,11 +8,14 @@ use std::{
 };
 
 use reqwest::Client;
-use retargetd::samples;
+use retargetd::{
+    engine::{Control, Format, Inputs, Limits, NamedBytes, retarget},
+    samples,
+};
 use serde_json::{Value, json};
 
 use super::support::{PATIENCE, ServiceProcess, json as read, problem, taken};
-use crate::service_process::signal;
+use crate::{service_process::signal, support::sha256_of};
 
 /// A service whose engine goes wild on files whose names say so.
 fn wild_service(data: &Path, flags: &[&str]) -> ServiceProcess {
@@ -130,6 +133,62 @@ async fn what_brings_the_engine_down_ends_its_own_job_alone() {
     let look = studio.client.get(format!("{}/v1/assets/{healthy}/skeleton", studio.url)).send().await;
     assert_eq!(read(look.expect("an answer")).await["counts"]["clips"], 1, "others are looked into");
     assert_eq!(service.terminate(), Some(0), "and the service is well");
+}
+
+/// The digest of what the engine makes of the walk on that character, in this process and with nothing kept.
+fn made_here(target: &[u8], config: &Value) -> String {
+    let (walk, config) = (samples::walk_clip(), config.to_string());
+    let inputs = Inputs {
+        source: NamedBytes { name: "walk.glb", bytes: &walk },
+        target: NamedBytes { name: "hero.glb", bytes: target },
+        source_rest: None,
+        target_rest: None,
+        config: Some(NamedBytes { name: "config.json", bytes: config.as_bytes() }),
+        formats: &[Format::Glb],
+    };
+    let made = retarget(&inputs, &Limits::default(), &Control::new()).expect("a retarget");
+    sha256_of(&made.outputs[0].bytes)
+}
+
+/// An engine process keeps the last target. What it answers is what it would answer without.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_character_that_comes_again_gives_the_same_bytes() {
+    let data = tempfile::tempdir().expect("a folder");
+    let service = wild_service(data.path(), &["--workers", "1", "--result-cache", "off"]);
+    let studio = Studio::at(&service);
+    let put = async |name: &str, bytes: &[u8]| {
+        let url = format!("{}/v1/assets?filename={name}", studio.url);
+        taken(studio.client.post(url).body(bytes.to_vec()).send().await.expect("an answer")).await
+    };
+    let walk = put("walk.glb", &samples::walk_clip()).await;
+    // The second is the walk's own skeleton.
+    let characters = [samples::mannequin(), samples::walk_clip()];
+    let assets = [put("hero.glb", &characters[0]).await, put("hero.glb", &characters[1]).await];
+    let plain = json!({"ops": [{"op": "pelvis"}, {"op": "fk"}]});
+    let mut ask = Vec::new();
+    for (character, config, is_killed) in [
+        (0, json!({}), false),
+        (0, json!({}), false),
+        (0, plain.clone(), false),
+        (1, json!({}), false),
+        (0, json!({}), false),
+        (0, json!({"target": {"rest": "bind"}}), false),
+        (0, json!({}), true),
+        (0, json!({}), false),
+    ] {
+        let body = json!({"source": {"asset": walk}, "target": {"asset": assets[character]}, "config": config, "output": ["glb"]});
+        let request = studio.client.post(format!("{}/v1/jobs", studio.url)).json(&body);
+        if is_killed {
+            engine_processes_of(service.id()).into_iter().for_each(|process| signal(process, "KILL"));
+        }
+        let job = studio.end(&taken(request.send().await.expect("an answer")).await).await;
+        assert_eq!(job["state"], "succeeded", "{job}");
+        ask.push((job["results"][0]["sha256"].clone(), character, config));
+    }
+    for (index, (sha256, character, config)) in ask.into_iter().enumerate() {
+        assert_eq!(sha256, made_here(&characters[character], &config), "request {index}");
+    }
+    assert_eq!(service.terminate(), Some(0));
 }
 
 #[tokio::test(flavor = "multi_thread")]
