@@ -138,7 +138,7 @@ pub fn explain(
     let mut reporter = Reporter::new();
     control.enter(Phase::Read, 0);
     let spec = read_spec(inputs.config)?;
-    let files = Files::load(inputs, false, knowledge.memory(), (limits, control), &mut reporter)?;
+    let files = Files::load(inputs, false, knowledge, (limits, control), &mut reporter)?;
     control.enter(Phase::Plan, 0);
     let RigPair { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let clip = files.choose_clip(&spec, &mut reporter)?;

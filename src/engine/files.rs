@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::{
-    formats::{self, Budget, Format, Limits},
+    formats::{self, Budget, Limits},
     model::{Clip, Control, Payload, Reporter, Scene},
     retarget::{RetargetSpec, parse_spec},
     rig::{ClipChoice, Rig, SpecError, SpecErrorKind, SpecField, find_clip},
@@ -11,20 +11,9 @@ use crate::{
 
 use super::{
     Failure, Inputs, Knowledge, NamedBytes,
-    memory::{LastFile, Memory},
+    memory::{LastFile, LoadedFile, Memory},
     swapped_inputs,
 };
-
-/// A file that has been read.
-#[derive(Debug)]
-pub(super) struct LoadedFile {
-    pub(super) scene: Scene,
-    pub(super) format: Format,
-    /// How much of it was decoded, as [`Limits::decoded_bytes`] counts.
-    pub(super) decoded_bytes: u64,
-    /// What there is to say of it.
-    warnings: Reporter,
-}
 
 /// Reads one input; its warnings carry the part's name.
 pub(super) fn load(
@@ -96,12 +85,12 @@ impl Files {
     pub(super) fn load(
         inputs: &Inputs<'_>,
         is_source_shown: bool,
-        memory: Option<&Memory>,
+        knowledge: &Knowledge,
         (limits, control): (&Limits, &Control),
         reporter: &mut Reporter,
     ) -> Result<Self, Failure> {
         let bounds = (limits, control);
-        let last = |pick: fn(&Memory) -> &LastFile| memory.map(pick);
+        let last = |pick: fn(&Memory) -> &LastFile| knowledge.memory().map(pick);
         let mut source = load_or_recall(inputs.source, "source", last(|memory| &memory.source), bounds, reporter)?;
         // A source is not written back: of its document nothing is looked at again but the meshes of its morphs, and all of them for a
         // picture. It is as large as the file, and the longest files are sources, which nobody keeps.

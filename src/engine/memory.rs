@@ -4,11 +4,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::{
-    formats::Limits,
+    formats::{Format, Limits},
+    model::{Reporter, Scene},
     rig::{RecognitionMemory, Recognizer, RigTemplate},
 };
 
-use super::{NamedBytes, files::LoadedFile};
+use super::NamedBytes;
 
 /// What was found out lately: the last source and the last target, read, and what skeletons mean. No answer depends on it, only how long it takes.
 #[derive(Debug, Default)]
@@ -16,6 +17,17 @@ pub struct Memory {
     recognitions: RecognitionMemory,
     pub(super) source: LastFile,
     pub(super) target: LastFile,
+}
+
+/// A file that has been read.
+#[derive(Debug)]
+pub(super) struct LoadedFile {
+    pub(super) scene: Scene,
+    pub(super) format: Format,
+    /// How much of it was decoded, as [`Limits::decoded_bytes`] counts.
+    pub(super) decoded_bytes: u64,
+    /// What there is to say of it.
+    pub(super) warnings: Reporter,
 }
 
 /// The last file of one side, unless it is large.

@@ -155,7 +155,7 @@ pub fn propose(
     control.enter(Phase::Read, 0);
     let spec = read_spec(inputs.config)?;
     output_requests(&spec, inputs.formats)?;
-    let files = Files::load(inputs, false, knowledge.memory(), (limits, control), &mut reporter)?;
+    let files = Files::load(inputs, false, knowledge, (limits, control), &mut reporter)?;
     control.enter(Phase::Plan, 0);
     let RigPair { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let still;

@@ -22,13 +22,8 @@ use super::{
 pub(super) fn retargeted(work: TaskContext<'_>, inputs: &Inputs<'_>) -> Result<Outcome, Failure> {
     let TaskContext { spec, knowledge, limits, control, begin, mut reporter } = work;
     let wanted = output_requests(&spec, inputs.formats)?;
-    let files = Files::load(
-        inputs,
-        wanted.iter().any(OutputRequest::shows_source),
-        knowledge.memory(),
-        (limits, control),
-        &mut reporter,
-    )?;
+    let is_source_shown = wanted.iter().any(OutputRequest::shows_source);
+    let files = Files::load(inputs, is_source_shown, knowledge, (limits, control), &mut reporter)?;
     let read_seconds = control.seconds() - begin;
 
     let planning = control.seconds();
