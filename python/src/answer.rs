@@ -77,6 +77,7 @@ pub(crate) fn ask(
         target_rest: named(&files.3),
         scene: None,
         config: named(&files.4),
+        target_sha256: None,
     };
     // A config may ask for another task, as on the command line.
     let question = match (question, task_of(asked_files.config)) {
