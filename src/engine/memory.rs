@@ -44,6 +44,11 @@ struct KeptFile {
 }
 
 impl Memory {
+    /// A larger file is not kept.
+    pub const MAX_FILE_BYTES: usize = 16 << 20;
+    /// Nor one of which more was decoded.
+    const MAX_DECODED_BYTES: u64 = 64 << 20;
+
     /// What recognizes with these templates.
     pub(super) fn recognizer<'a>(&'a self, templates: &'a [RigTemplate]) -> Recognizer<'a> {
         Recognizer { templates, memory: Some(&self.recognitions) }
@@ -51,11 +56,6 @@ impl Memory {
 }
 
 impl LastFile {
-    /// A larger file is not kept.
-    const MAX_FILE_BYTES: usize = 16 << 20;
-    /// Nor one of which more was decoded.
-    const MAX_DECODED_BYTES: u64 = 64 << 20;
-
     /// The file as it was read before, where it is the last one.
     pub(super) fn recall(&self, file: NamedBytes<'_>, limits: &Limits) -> Option<Arc<LoadedFile>> {
         let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -65,7 +65,7 @@ impl LastFile {
 
     /// Keeps a file in place of the last one, unless it is large.
     pub(super) fn keep(&self, file: NamedBytes<'_>, limits: &Limits, loaded: &Arc<LoadedFile>) {
-        let is_small = file.bytes.len() <= Self::MAX_FILE_BYTES && loaded.decoded_bytes <= Self::MAX_DECODED_BYTES;
+        let is_small = file.bytes.len() <= Memory::MAX_FILE_BYTES && loaded.decoded_bytes <= Memory::MAX_DECODED_BYTES;
         let kept = is_small.then(|| KeptFile {
             name: file.name.to_owned(),
             bytes: file.bytes.to_vec(),
@@ -136,7 +136,7 @@ mod tests {
         assert!(memory.target.recall(NamedBytes { name: "mannequin.vrm", ..target }, &limits).is_none());
         assert!(memory.target.recall(NamedBytes { bytes: &other, ..target }, &limits).is_none());
         assert!(memory.target.recall(target, &Limits { nodes: 7, ..limits }).is_none());
-        memory.target.keep(NamedBytes { bytes: &vec![0; LastFile::MAX_FILE_BYTES + 1], ..target }, &limits, &{
+        memory.target.keep(NamedBytes { bytes: &vec![0; Memory::MAX_FILE_BYTES + 1], ..target }, &limits, &{
             let kept = memory.target.recall(target, &limits);
             kept.expect("kept")
         });

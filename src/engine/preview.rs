@@ -11,7 +11,7 @@ use crate::{
 };
 
 use super::{
-    Failure, FailureCode, Knowledge, NamedBytes, WarningView,
+    Failure, FailureCode, NamedBytes, WarningView,
     files::load,
     flat,
     shown::{Shown, in_picture},
@@ -169,8 +169,7 @@ pub(super) fn rig_of(scene: &Scene) -> Option<Rig<'_>> {
     if scene.skeleton.is_empty() {
         return None;
     }
-    let (knowledge, spec) = (Knowledge::default(), RigSpec::default());
-    Rig::with_recognizer("source", scene, None, &spec, knowledge.recognizer(), &mut Reporter::new()).ok()
+    Rig::new("source", scene, None, &RigSpec::default(), &mut Reporter::new()).ok()
 }
 
 /// Whether this build writes such pictures.

@@ -4,9 +4,10 @@
 use std::{io, sync::Arc};
 
 use super::messages::Request;
+use crate::engine::Memory;
 
-/// Larger files are sent each time.
-const MAX_BYTES: usize = 16 << 20;
+/// Larger files are sent each time. What the engine does not keep read is not worth its bytes.
+const MAX_BYTES: usize = Memory::MAX_FILE_BYTES;
 
 /// What the parent knows of it.
 #[derive(Debug, Default)]
