@@ -11,7 +11,7 @@ use crate::{
 
 use super::{
     Failure, Inputs, Knowledge, NamedBytes,
-    memory::{LastFile, LoadedFile, Memory},
+    memory::{LastFile, LoadedFile, Memory, RigMemories},
     swapped_inputs,
 };
 
@@ -35,7 +35,8 @@ fn read(file: NamedBytes<'_>, part: &'static str, limits: &Limits, control: &Con
     let refused = |error| swapped_inputs::explain_model(Failure::from(error).in_part(part), file);
     let (format, bytes) = formats::open(file.bytes, file.name, limits, control).map_err(refused)?;
     let scene = formats::read_within(&bytes, format, &mut budget, &mut warnings).map_err(refused)?;
-    Ok(LoadedFile { scene, format, decoded_bytes: budget.decoded_bytes(), warnings })
+    let (decoded_bytes, rigs) = (budget.decoded_bytes(), RigMemories::default());
+    Ok(LoadedFile { scene, format, decoded_bytes, warnings, rigs })
 }
 
 /// Reads one input, or finds it read before.
@@ -125,10 +126,16 @@ impl Files {
                 if side == "source" { (source, target, rests.0) } else { (target, source, rests.1) };
             swapped_inputs::explain_rest(failure, side, own, other, rest)
         };
-        let source = Rig::with_recognizer("source", source, rests.0, &spec.source, recognizer, reporter)
+        let mut source = Rig::with_recognizer("source", source, rests.0, &spec.source, recognizer, reporter)
             .map_err(|error| failed(error, "source"))?;
-        let target = Rig::with_recognizer("target", target, rests.1, &spec.target, recognizer, reporter)
+        let mut target = Rig::with_recognizer("target", target, rests.1, &spec.target, recognizer, reporter)
             .map_err(|error| failed(error, "target"))?;
+        if rests.0.is_none() {
+            self.source.rigs.share(&mut source, &spec.source, recognizer.templates);
+        }
+        if rests.1.is_none() {
+            self.target.rigs.share(&mut target, &spec.target, recognizer.templates);
+        }
         Ok(RigPair { spec, source, target })
     }
 

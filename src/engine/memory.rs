@@ -1,12 +1,15 @@
 //! What the engine found out lately and may need again, so that one character serves many clips, and one clip moves many characters, without
 //! being read and recognized for each.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::{
+    collections::VecDeque,
+    sync::{Arc, Mutex, PoisonError},
+};
 
 use crate::{
     formats::{Format, Limits},
     model::{Reporter, Scene},
-    rig::{RecognitionMemory, Recognizer, RigTemplate},
+    rig::{RecognitionMemory, Recognizer, Rig, RigSpec, RigTemplate, rig_memory::RigMemory},
 };
 
 use super::NamedBytes;
@@ -28,7 +31,13 @@ pub(super) struct LoadedFile {
     pub(super) decoded_bytes: u64,
     /// What there is to say of it.
     pub(super) warnings: Reporter,
+    /// What was worked out about the rigs in it.
+    pub(super) rigs: RigMemories,
 }
+
+/// What was worked out about the rigs that one file was made into, by what they were made with.
+#[derive(Debug, Default)]
+pub(super) struct RigMemories(Mutex<VecDeque<(String, Arc<RigMemory>)>>);
 
 /// The last file of one side, unless it is large.
 #[derive(Debug, Default)]
@@ -52,6 +61,27 @@ impl Memory {
     /// What recognizes with these templates.
     pub(super) fn recognizer<'a>(&'a self, templates: &'a [RigTemplate]) -> Recognizer<'a> {
         Recognizer { templates, memory: Some(&self.recognitions) }
+    }
+}
+
+impl RigMemories {
+    /// How many ways to make a rig of the file are told apart: with several characters in it, and with several configs.
+    const MAX_KEPT: usize = 4;
+
+    /// Gives a rig what was worked out about the same one, and keeps what will be worked out about this one. It is to rest as the file and
+    /// the spec say; what a rest file makes of it is not known here.
+    pub(super) fn share(&self, rig: &mut Rig<'_>, spec: &RigSpec, templates: &[RigTemplate]) {
+        // A rig is made of the file, of these and of nothing else.
+        let Ok(made_with) = serde_json::to_string(&(spec, templates)) else { return };
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, memory)) = kept.iter().find(|(other, _)| *other == made_with) {
+            rig.memory = Arc::clone(memory);
+            return;
+        }
+        if kept.len() == Self::MAX_KEPT {
+            kept.pop_front();
+        }
+        kept.push_back((made_with, Arc::clone(&rig.memory)));
     }
 }
 
@@ -88,13 +118,17 @@ mod tests {
     };
 
     fn retarget(target: NamedBytes<'_>, knowledge: &Knowledge, limits: &Limits) -> Outcome {
+        retarget_by(target, None, knowledge, limits)
+    }
+
+    fn retarget_by(target: NamedBytes<'_>, config: Option<&str>, knowledge: &Knowledge, limits: &Limits) -> Outcome {
         let walk = samples::walk_clip();
         let inputs = Inputs {
             source: NamedBytes { name: "walk.glb", bytes: &walk },
             target,
             source_rest: None,
             target_rest: None,
-            config: None,
+            config: config.map(|text| NamedBytes { name: "config.json", bytes: text.as_bytes() }),
             formats: &[],
         };
         let mut outcome = retarget_with(&inputs, knowledge, limits, &Control::new()).expect("a retarget");
@@ -120,6 +154,30 @@ mod tests {
             assert_eq!(text(&outcome), text(&plain));
             assert_eq!(outcome.resolved_spec, plain.resolved_spec);
             assert!(memory.target.recall(target, &limits).is_some(), "it is kept");
+        }
+    }
+
+    #[test]
+    fn what_was_worked_out_of_a_rig_is_of_that_rig_alone() {
+        let bytes = samples::mannequin();
+        let target = NamedBytes { name: "mannequin.glb", bytes: &bytes };
+        let limits = Limits::default();
+        // The same file as other rigs: larger, with a foot that is turned, without toes, and as it is posed.
+        let configs = [
+            None,
+            Some(r#"{"target": {"unit": 0.02}}"#),
+            Some(r#"{"target": {"pose": [{"edit": "rotate", "joint": "foot_l", "degrees": [20, 0, 0]}]}}"#),
+            Some(r#"{"target": {"roles": {"left_toe": []}}}"#),
+            Some(r#"{"target": {"rest": "solved"}}"#),
+        ];
+        let knowledge = Knowledge::default().remembering(Arc::new(Memory::default()));
+        for round in 0..2 {
+            for config in configs {
+                let plain = retarget_by(target, config, &Knowledge::default(), &limits);
+                let outcome = retarget_by(target, config, &knowledge, &limits);
+                assert_eq!(outcome.outputs[0].bytes, plain.outputs[0].bytes, "{config:?} in round {round}");
+                assert_eq!(text(&outcome), text(&plain), "{config:?} in round {round}");
+            }
         }
     }
 

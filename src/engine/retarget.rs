@@ -1,6 +1,6 @@
 //! The main job: read, understand, transfer, write.
 
-use crate::{model::Phase, rig::Rig};
+use crate::model::Phase;
 
 use super::{
     Counts, Failure, FailureCode, Inputs, Outcome, Report, RigFacts, Rigs, Timings, WarningView,
@@ -41,7 +41,7 @@ pub(super) fn retargeted(work: TaskContext<'_>, inputs: &Inputs<'_>) -> Result<O
     joints.transfer.resolved = asked.unwrap_or(joints.transfer.resolved);
     let moved = joints.finished((&source, &target), (limits, control), &mut reporter)?;
     let target = match &moved.scene {
-        Some(scene) => Rig { scene, ..target },
+        Some(scene) => target.with_scene(scene),
         None => target,
     };
 

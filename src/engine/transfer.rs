@@ -135,7 +135,7 @@ impl<'a> MovedJoints<'a> {
         let (scene, result) = curves.map_or((None, result), |(scene, result)| (Some(scene), result));
         transfer.clip = match &spec.layer {
             Some(layer) => {
-                let with_properties = scene.as_ref().map(|scene| Rig { scene, ..Rig::clone(target) });
+                let with_properties = scene.as_ref().map(|scene| Rig::clone(target).with_scene(scene));
                 let target = with_properties.as_ref().unwrap_or(target);
                 laid_over(target, &spec.target, &result, layer, control, reporter)?
             }

@@ -1,6 +1,6 @@
 //! A rig in a rest pose that was found: what its joints mean, and how its space lies.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use glam::{DQuat, DVec3};
 
@@ -60,6 +60,7 @@ impl<'a> Rig<'a> {
             canonical_from_scene,
             axes,
             unit_meters,
+            memory: Arc::default(),
         };
         rig.name_alignment(spec)?;
         Ok(rig)

@@ -2,7 +2,7 @@
 
 use crate::model::{Clip, ModelPose};
 
-use super::rig::Rig;
+use super::{rig::Rig, rig_memory::Question};
 
 /// A lowest point closer to the origin than this share of the pelvis height counts as standing on the origin: ankles, balls
 /// and toes lie a little above the sole.
@@ -36,9 +36,23 @@ pub(crate) struct Stance {
     pub(crate) legs: Option<f64>,
 }
 
+/// How does it stand?
+#[derive(PartialEq)]
+struct HowItStands {
+    pelvis: usize,
+}
+
+impl Question for HowItStands {
+    type Answer = Stance;
+}
+
 impl Stance {
     /// For a pelvis joint.
     pub(crate) fn of(side: &Rig<'_>, pelvis: usize) -> Self {
+        side.memory.recall(HowItStands { pelvis }, |_| Self::find(side, pelvis))
+    }
+
+    fn find(side: &Rig<'_>, pelvis: usize) -> Self {
         let supports = supports(side, pelvis);
         let lowest = lowest(side, &side.rest, &supports);
         let pelvis_height = side.rest_height(pelvis);

@@ -6,6 +6,7 @@
 use super::{
     recognition::{Role, Side},
     rig::Rig,
+    rig_memory::Question,
 };
 
 /// Whether a role is a whole leg of an animal.
@@ -15,6 +16,18 @@ pub(crate) fn is_whole_leg(role: &str) -> bool {
 
 /// The pairs of legs of an animal from the front, by the role of the left one; nothing for bodies on two legs.
 pub(crate) fn leg_rows(rig: &Rig<'_>) -> Vec<Role> {
+    rig.memory.recall(WhichRowsOfLegs, |_| find_leg_rows(rig))
+}
+
+/// Which rows of legs does it have?
+#[derive(PartialEq)]
+struct WhichRowsOfLegs;
+
+impl Question for WhichRowsOfLegs {
+    type Answer = Vec<Role>;
+}
+
+fn find_leg_rows(rig: &Rig<'_>) -> Vec<Role> {
     let roles = rig.roles.keys().filter(|role| is_whole_leg(role)).filter_map(|role| role.parse::<Role>().ok());
     let mut rows: Vec<Role> = roles.map(|role| Role { side: Side::Left, ..role }).collect();
     rows.sort_unstable();

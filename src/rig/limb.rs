@@ -149,7 +149,7 @@ impl Limb {
 }
 
 /// The joints of a limb.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimbJoints {
     /// Hip or shoulder.
     pub start: usize,
@@ -177,7 +177,7 @@ impl LimbJoints {
 
 /// The sole of a foot, from the rest pose, in plan units: how far the floor is below each joint of it. In motion each joint
 /// keeps at least that distance from the floor, however it is turned, as if there were a ball around it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sole {
     /// Below the ankle.
     pub heel: f64,

@@ -28,6 +28,7 @@ pub(crate) mod recognition;
 pub(crate) mod rest;
 #[expect(clippy::module_inception, reason = "a rig is what the module is about")]
 pub(crate) mod rig;
+pub(crate) mod rig_memory;
 pub(crate) mod soles;
 mod spec;
 pub(crate) mod tails;

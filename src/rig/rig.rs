@@ -1,6 +1,6 @@
 //! One rig with everything that retargeting needs to know about it. What finds it out is in `build`.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use glam::{DQuat, DVec3};
 
@@ -11,6 +11,7 @@ use super::{
     lookup::find_joint,
     recognition::{Recognition, RigKind, body_frame, rest_pose_kind},
     rest::{RestFit, RestSource},
+    rig_memory::RigMemory,
     spec::RestSpec,
 };
 
@@ -47,6 +48,8 @@ pub struct Rig<'a> {
     pub axes: Axes,
     /// Meters per unit of the scene.
     pub unit_meters: f64,
+    /// What was worked out about it. Clones share it; whoever changes anything but words gives the rig a new one.
+    pub(crate) memory: Arc<RigMemory>,
 }
 
 impl<'a> Rig<'a> {
@@ -87,10 +90,19 @@ impl<'a> Rig<'a> {
         find_joint(self.skeleton(), self.name, name, pointer)
     }
 
+    /// The same rig in a file that has more in it than its own, such as properties that a clip is to animate.
+    pub(crate) fn with_scene<'b>(self, scene: &'b Scene) -> Rig<'b>
+    where
+        'a: 'b,
+    {
+        Rig { scene, memory: Arc::default(), ..self }
+    }
+
     /// Measures from another pose. What the joints mean and how the space lies stay.
     pub(super) fn take_rest(&mut self, pose: LocalPose) {
         self.rest = pose.to_model(self.skeleton());
         self.rest_local = pose;
+        self.memory = Arc::default();
         self.recognition.body = body_frame(&self.recognition.roles, &self.rest).or(self.recognition.body);
         self.recognition.rest_pose =
             rest_pose_kind(&self.recognition.roles, &self.rest, self.recognition.body.as_ref());

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::{limb::Limb, rig::Rig};
+use super::{limb::Limb, rig::Rig, rig_memory::Question};
 
 /// Fewer points of a mesh do not say how thick a part is.
 const FEW_POINTS: usize = 12;
@@ -79,6 +79,18 @@ pub(crate) fn body_parts(source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<B
 /// lie on the other body, they are nowhere thicker than the mesh.
 #[must_use]
 pub fn body_capsules(side: &Rig<'_>) -> Vec<(&'static str, Capsule)> {
+    side.memory.recall(HowThickItIs, |_| fitted_capsules(side))
+}
+
+/// How thick is it?
+#[derive(PartialEq)]
+struct HowThickItIs;
+
+impl Question for HowThickItIs {
+    type Answer = Vec<(&'static str, Capsule)>;
+}
+
+fn fitted_capsules(side: &Rig<'_>) -> Vec<(&'static str, Capsule)> {
     let trunk = Body::of(side, 1.0).map(|body| body.fitted_trunk()).unwrap_or_default();
     let round = capsules(side, 1.0).into_iter().map(|(name, _, capsule)| (name, capsule));
     let others: Vec<_> = round.filter(|(name, _)| !trunk.iter().any(|(fitted, _)| fitted == name)).collect();

@@ -27,6 +27,9 @@ use crate::{engine::Control, jobs::EngineRequest, telemetry::Metric};
 const START: Duration = Duration::from_secs(30);
 /// How often to look whether the caller still wants the answer.
 const LOOK: Duration = Duration::from_millis(10);
+/// For so many milliseconds the allocator keeps memory that was freed: the next job needs as much again, and pages that come from the
+/// system have to be zeroed first.
+const KEEP_FREED_MEMORY: (&str, &str) = ("MIMALLOC_PURGE_DELAY", "10000");
 /// Work that takes longer gives way to what is shorter.
 const LONG: Duration = Duration::from_millis(500);
 /// How long a process that was told to stop may take to do so. Well-behaved engines look every few milliseconds.
@@ -70,6 +73,7 @@ impl EngineProcess {
             .args(["--output-bytes", &bounds.output_bytes.to_string()])
             // Nothing of ours is its business: neither the database's password nor the store's keys.
             .env_clear()
+            .env(KEEP_FREED_MEMORY.0, KEEP_FREED_MEMORY.1)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());

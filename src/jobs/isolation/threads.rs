@@ -41,9 +41,13 @@ fn share(all: usize, busy: usize) -> usize {
     }
 }
 
-/// The threads of a child.
+/// The threads of a child: those that it worked with last, and before them those of another number, since processes that take turns are
+/// given one number and another over and over. The others sleep.
 #[derive(Debug, Default)]
-pub(super) struct Threads(Option<ThreadPool>);
+pub(super) struct Threads {
+    last: Option<ThreadPool>,
+    before: Option<ThreadPool>,
+}
 
 impl Threads {
     /// That many.
@@ -51,14 +55,20 @@ impl Threads {
     /// # Errors
     /// When the system has no more.
     pub(super) fn of(&mut self, count: usize) -> io::Result<&ThreadPool> {
-        let pool = match self.0.take().filter(|pool| pool.current_num_threads() == count.max(1)) {
+        let count = count.max(1);
+        let has_count =
+            |pool: &Option<ThreadPool>| pool.as_ref().is_some_and(|pool| pool.current_num_threads() == count);
+        if !has_count(&self.last) {
+            std::mem::swap(&mut self.last, &mut self.before);
+        }
+        let pool = match self.last.take_if(|pool| pool.current_num_threads() == count) {
             Some(pool) => pool,
             None => {
-                let builder = ThreadPoolBuilder::new().num_threads(count.max(1)).stack_size(STACK_BYTES);
+                let builder = ThreadPoolBuilder::new().num_threads(count).stack_size(STACK_BYTES);
                 builder.thread_name(|_| "engine".to_owned()).build().map_err(io::Error::other)?
             }
         };
-        Ok(self.0.insert(pool))
+        Ok(self.last.insert(pool))
     }
 }
 
@@ -74,13 +84,21 @@ mod tests {
     }
 
     #[test]
-    fn a_child_keeps_its_threads_until_it_is_given_others() {
+    fn a_child_keeps_its_threads_for_when_it_is_given_as_many_again() {
         let mut threads = Threads::default();
-        for count in [2, 2, 1] {
+        let mut thread_of = |count: usize| {
             let pool = threads.of(count).expect("threads");
-            assert_eq!(pool.install(rayon::current_num_threads), count, "the work sees that many");
-        }
-        assert_eq!(threads.of(0).expect("threads").current_num_threads(), 1, "at least one");
+            assert_eq!(pool.install(rayon::current_num_threads), count.max(1), "the work sees that many");
+            let mut ids = pool.broadcast(|_| format!("{:?}", std::thread::current().id()));
+            ids.sort_unstable();
+            ids
+        };
+        let (two, one) = (thread_of(2), thread_of(1));
+        assert_eq!([thread_of(2), thread_of(2), thread_of(1)], [two.clone(), two.clone(), one.clone()]);
+        assert_eq!(thread_of(0), one, "at least one");
+        thread_of(3);
+        assert_eq!(thread_of(1), one, "the two numbers used last are kept");
+        assert_ne!(thread_of(2), two, "and no more");
     }
 
     #[test]

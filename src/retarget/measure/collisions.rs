@@ -62,10 +62,13 @@ impl Collisions {
         for arm in &collisions.arms {
             let deepest = |frame: usize| {
                 let beyond = |part: &Capsule| {
-                    let of_source =
-                        depth(arm, part, &compared.source, frame, |radius| radius.source) / collisions.legs.source;
                     let own =
                         depth(arm, part, &compared.target, frame, |radius| radius.target) / collisions.legs.target;
+                    if own <= 0.0 {
+                        return 0.0;
+                    }
+                    let of_source =
+                        depth(arm, part, &compared.source, frame, |radius| radius.source) / collisions.legs.source;
                     (own - of_source.max(0.0)).max(0.0) * CENTIMETERS
                 };
                 collisions.body.iter().map(beyond).fold(0.0, f64::max)

@@ -35,6 +35,13 @@ pub(super) struct Standing {
     pub(super) is_still: Vec<bool>,
 }
 
+impl Standing {
+    /// From which frames on it is still until the next one.
+    pub(super) fn still_steps(&self) -> Vec<bool> {
+        self.is_still.windows(2).map(|pair| pair[0] && pair[1]).collect()
+    }
+}
+
 /// Finds when a point stands. Positions are in meters, +Y up, one per time; `leg` is the leg length in meters, above 0.
 pub(super) fn find_standing(positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Standing {
     let speeds = speeds(positions, times_seconds, leg);

@@ -149,8 +149,8 @@ impl Traced<'_> {
         } else {
             (self.skin.source, &self.positions.source)
         };
-        match skin.and_then(|track| track.steps.get(frame)) {
-            Some(step) => *step,
+        match skin.and_then(|track| *track.steps.get(frame)?) {
+            Some(step) => step,
             None => (positions[frame + 1] - positions[frame]).xz(),
         }
     }
@@ -197,8 +197,14 @@ impl Feet {
         (!points.is_empty()).then_some(Self { points, sizes, legs, ankles })
     }
 
-    /// Skins the feet of one side in every frame; nothing where it has no mesh.
-    fn skin(&self, performer: &Performer<'_>, is_target: bool, frames: &[usize]) -> Option<Skinned> {
+    /// Skins the feet of one side in every frame; nothing where it has no mesh. How a part moves matters while the source's stands still.
+    fn skin(
+        &self,
+        performer: &Performer<'_>,
+        is_target: bool,
+        frames: &[usize],
+        standing: &[Both<Standing>],
+    ) -> Option<Skinned> {
         let pick = |both: &Both<usize>| if is_target { both.target } else { both.source };
         let bearing = self.points.iter().filter(|point| point.bears);
         let wanted: Vec<WantedPart> = bearing
@@ -211,7 +217,10 @@ impl Feet {
             })
             .collect();
         let leg = if is_target { self.legs.target } else { self.legs.source };
-        let mut tracks = FootSkin::find(*performer, &wanted, leg)?.follow(frames).into_iter();
+        let of_bearing = self.points.iter().zip(standing).filter(|(point, _)| point.bears);
+        let moves: Vec<Vec<bool>> = of_bearing.map(|(_, standing)| standing.source.still_steps()).collect();
+        let moves: Vec<&[bool]> = moves.iter().map(Vec::as_slice).collect();
+        let mut tracks = FootSkin::find(*performer, wanted, leg)?.follow(frames, &moves).into_iter();
         let of_point = |point: &FootPoint| if point.bears { tracks.next() } else { None };
         let tracks = self.points.iter().map(of_point).map(Option::unwrap_or_default).collect();
         // A rig that rests elsewhere than on the floor of its file, in the air or with its pelvis at the origin, is put onto the source's.
@@ -221,12 +230,16 @@ impl Feet {
 
     pub(super) fn measure(&self, performers: &Both<Performer<'_>>, compared: &Compared) -> FeetFindings {
         let frames = &compared.frames.indices;
+        let positions: Vec<_> = self.points.iter().map(|point| positions(point, compared)).collect();
+        let standing: Vec<_> =
+            self.points.iter().zip(&positions).map(|(point, both)| self.standing(point, both, compared)).collect();
         let skins = Both {
-            source: self.skin(&performers.source, false, frames),
-            target: self.skin(&performers.target, true, frames),
+            source: self.skin(&performers.source, false, frames, &standing),
+            target: self.skin(&performers.target, true, frames, &standing),
         };
+        let traced = positions.into_iter().zip(standing).enumerate();
         let traced: Vec<Traced<'_>> =
-            self.points.iter().enumerate().map(|(index, point)| self.trace(index, point, &skins, compared)).collect();
+            traced.map(|(index, (positions, standing))| self.trace(index, positions, standing, &skins)).collect();
         let bearing: Vec<&Traced<'_>> = traced.iter().filter(|traced| traced.point.bears).collect();
         let (mut contacts, slide_speeds) = self.contacts(&bearing, compared);
         let slide = slide_finding(&contacts, &bearing);
@@ -250,16 +263,8 @@ impl Feet {
         }
     }
 
-    fn trace<'a>(
-        &self,
-        index: usize,
-        point: &'a FootPoint,
-        skins: &'a Both<Option<Skinned>>,
-        compared: &Compared,
-    ) -> Traced<'a> {
-        let positions = Both { source: &compared.source, target: &compared.target };
-        let positions = positions
-            .map(|motion| (0..compared.len()).map(|frame| motion.position(frame, point.slot)).collect::<Vec<DVec3>>());
+    /// When a point stands on each side.
+    fn standing(&self, point: &FootPoint, positions: &Both<Vec<DVec3>>, compared: &Compared) -> Both<Standing> {
         let stand = |positions: &[DVec3], leg: f64, floor: Option<f64>| {
             if point.bears || floor.is_none() {
                 find_standing(positions, &compared.times_seconds, leg)
@@ -267,10 +272,19 @@ impl Feet {
                 Standing { level: 0.0, stands: Vec::new(), is_still: Vec::new() }
             }
         };
-        let standing = Both {
+        Both {
             source: stand(&positions.source, self.legs.source, self.sizes.source.floor),
             target: stand(&positions.target, self.legs.target, self.sizes.target.floor),
-        };
+        }
+    }
+
+    fn trace<'a>(
+        &'a self,
+        index: usize,
+        positions: Both<Vec<DVec3>>,
+        standing: Both<Standing>,
+        skins: &'a Both<Option<Skinned>>,
+    ) -> Traced<'a> {
         let level = |skin: &Option<Skinned>, size: &Size, standing: &Standing| {
             skin.as_ref().map_or(size.floor.unwrap_or(standing.level), |skin| skin.floor)
         };
@@ -280,17 +294,17 @@ impl Feet {
         };
         let track = |skin: &'a Option<Skinned>| skin.as_ref().map(|skin| &skin.tracks[index]);
         let skin = Both { source: track(&skins.source), target: track(&skins.target) };
-        Traced { index, point, positions, standing, levels, skin }
+        Traced { index, point: &self.points[index], positions, standing, levels, skin }
     }
 
     fn contacts(&self, bearing: &[&Traced<'_>], compared: &Compared) -> (Vec<ContactMeasure>, Vec<Series>) {
         let mut contacts = Vec::new();
         let mut speeds = Vec::new();
         for traced in bearing {
-            let still = &traced.standing.source.is_still;
+            let still = traced.standing.source.still_steps();
             let mut speed = vec![f64::NAN; compared.len()];
             for (first, last) in intervals(&traced.standing.source.stands) {
-                let frames = || (first..last).filter(|frame| still[*frame] && still[frame + 1]);
+                let frames = || (first..last).filter(|frame| still[*frame]);
                 if frames().next().is_none() {
                     continue;
                 }
@@ -493,6 +507,12 @@ fn tip(rig: &Rig<'_>, toe: usize) -> usize {
         }
     }
     current
+}
+
+/// Where a point is on both sides in every frame.
+fn positions(point: &FootPoint, compared: &Compared) -> Both<Vec<DVec3>> {
+    let motions = Both { source: &compared.source, target: &compared.target };
+    motions.map(|motion| (0..compared.len()).map(|frame| motion.position(frame, point.slot)).collect())
 }
 
 /// How low the lower foot usually is, of the heights of each foot: where the source stands, however far that is from its floor.

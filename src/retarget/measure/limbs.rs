@@ -236,13 +236,13 @@ pub(super) fn percentile_finding(series: &[Series], frames: &[usize], nothing: &
 /// The direction errors limb by limb.
 pub(super) fn directions(series: &[Series], frames: &[usize]) -> BTreeMap<String, LimbDirection> {
     let direction = |series: &Series| {
-        let finite = series.values.iter().enumerate().filter(|(_, value)| value.is_finite());
-        let worst = finite.max_by(|first, second| first.1.total_cmp(second.1));
+        let numbered = series.values.iter().enumerate().filter(|(_, value)| value.is_finite());
+        let worst = numbered.max_by(|first, second| first.1.total_cmp(second.1));
         let (worst_frame, max_degrees) = worst.map_or((0, 0.0), |(index, value)| (frames[index], *value));
-        let mut sorted: Vec<f64> = series.values.iter().copied().filter(|value| value.is_finite()).collect();
+        let mut finite: Vec<f64> = series.values.iter().copied().filter(|value| value.is_finite()).collect();
         let direction = LimbDirection {
             mean_degrees: mean(&series.values),
-            p95_degrees: percentile(&mut sorted, 0.95),
+            p95_degrees: percentile(&mut finite, 0.95),
             max_degrees,
             worst_frame,
         };

@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 use rayon::prelude::*;
 
 use crate::{
-    model::{Clip, ModelPose, Transform},
+    model::{Clip, ModelPose, Skeleton, Transform},
     rig::Rig,
 };
 
@@ -189,12 +189,12 @@ pub(super) struct Kinematics<'a> {
     joints: Vec<usize>,
     parents: Vec<Option<usize>>,
     points: Vec<(usize, DVec3)>,
-    /// Number, and the inverse of the rotation at rest.
+    /// Number, and what comes after the rotation: the inverse of the one at rest, and of the turn to +Y up.
     turns: Vec<(usize, DQuat)>,
 }
 
 impl<'a> Kinematics<'a> {
-    /// Only what [`Self::pose`] and [`Self::number`] need.
+    /// Only what [`Self::pose`] needs.
     pub(super) fn of_joints(performer: &Performer<'a>, joints: &[usize]) -> Self {
         let points: Vec<Anchor> = joints.iter().map(|&joint| Anchor::at(joint)).collect();
         Self::new(performer, &points, &[])
@@ -203,11 +203,6 @@ impl<'a> Kinematics<'a> {
     /// How many joints there are.
     pub(super) fn len(&self) -> usize {
         self.joints.len()
-    }
-
-    /// The number of a joint that was asked for.
-    pub(super) fn number(&self, joint: usize) -> usize {
-        self.joints.binary_search(&joint).unwrap_or(0)
     }
 
     /// `model_from_joint` of every joint in a frame of the clip, in the scene's space and unit.
@@ -226,25 +221,19 @@ impl<'a> Kinematics<'a> {
 
     fn new(performer: &Performer<'a>, points: &[Anchor], turns: &[usize]) -> Self {
         let skeleton = performer.rig.skeleton();
-        let mut needed = vec![false; skeleton.len()];
-        for joint in points.iter().map(|anchor| anchor.joint).chain(turns.iter().copied()) {
-            let mut current = Some(joint);
-            while let Some(index) = current.filter(|index| !needed[*index]) {
-                needed[index] = true;
-                current = skeleton.parent(index);
-            }
-        }
-        let joints: Vec<usize> = (0..skeleton.len()).filter(|joint| needed[*joint]).collect();
+        let joints = with_ancestors(skeleton, points.iter().map(|anchor| anchor.joint).chain(turns.iter().copied()));
         let mut number = vec![0; skeleton.len()];
         for (position, &joint) in joints.iter().enumerate() {
             number[joint] = position;
         }
         let rest = performer.rest.transforms();
+        let scene_from_canonical = performer.rig.canonical_from_scene.conjugate();
+        let after = |joint: usize| unit(rest[joint].rotation).conjugate() * scene_from_canonical;
         Self {
             performer: *performer,
             parents: joints.iter().map(|&joint| skeleton.parent(joint).map(|parent| number[parent])).collect(),
             points: points.iter().map(|anchor| (number[anchor.joint], anchor.offset)).collect(),
-            turns: turns.iter().map(|&joint| (number[joint], unit(rest[joint].rotation).conjugate())).collect(),
+            turns: turns.iter().map(|&joint| (number[joint], after(joint))).collect(),
             joints,
         }
     }
@@ -274,13 +263,28 @@ impl<'a> Kinematics<'a> {
         for (index, &frame) in frames.iter().enumerate() {
             self.pose(frame, &mut model);
             for (result, (joint, offset)) in positions[index * points..].iter_mut().zip(&self.points) {
-                *result = (work * model[*joint].transform_point(*offset) * rig.unit_meters).as_vec3();
+                let joint = &model[*joint];
+                let place = if *offset == DVec3::ZERO { joint.translation } else { joint.transform_point(*offset) };
+                *result = (work * place * rig.unit_meters).as_vec3();
             }
-            for (result, (joint, rest)) in rotations[index * turns..].iter_mut().zip(&self.turns) {
-                *result = (work * model[*joint].rotation * *rest * work.conjugate()).as_quat();
+            for (result, (joint, after)) in rotations[index * turns..].iter_mut().zip(&self.turns) {
+                *result = (work * model[*joint].rotation * *after).as_quat();
             }
         }
     }
+}
+
+/// Some joints and all that they hang from, in the order of the skeleton.
+pub(super) fn with_ancestors(skeleton: &Skeleton, joints: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut needed = vec![false; skeleton.len()];
+    for joint in joints {
+        let mut current = Some(joint);
+        while let Some(index) = current.filter(|index| !needed[*index]) {
+            needed[index] = true;
+            current = skeleton.parent(index);
+        }
+    }
+    (0..skeleton.len()).filter(|joint| needed[*joint]).collect()
 }
 
 /// A rotation that is one, whatever a file says.

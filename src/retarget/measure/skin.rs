@@ -4,15 +4,15 @@
 //! is found exactly, without skinning all: vertices that lie together make clusters, and a cluster that cannot reach below what was
 //! found is passed over. Everything comes out in meters.
 
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
-use glam::{DMat3, DVec2, DVec3, swizzles::Vec3Swizzles};
+use glam::{DQuat, DVec2, DVec3, swizzles::Vec3Swizzles};
 use rayon::prelude::*;
 
-use super::motion::{CHUNK_FRAMES, Kinematics, Performer};
+use super::motion::{CHUNK_FRAMES, Kinematics, Performer, with_ancestors};
 use crate::{
     model::{Influence, SkinVertices, Transform},
-    rig::Rig,
+    rig::{Rig, rig_memory::Question},
 };
 
 /// The share of a vertex that the joints of a foot move if it is one of the foot's.
@@ -74,8 +74,28 @@ struct Row {
 pub(super) struct FootSkin<'a> {
     performer: Performer<'a>,
     kinematics: Kinematics<'a>,
-    parts: Vec<Part>,
+    parts: Arc<FootParts>,
     leg: f64,
+}
+
+/// The parts of the feet of a rig, whatever it does.
+#[derive(Debug)]
+struct FootParts {
+    /// The joints that move them.
+    joints: Vec<usize>,
+    parts: Vec<Part>,
+}
+
+/// Of which vertices are these parts of the feet? The leg is in meters.
+#[derive(PartialEq)]
+struct VerticesOfFeet {
+    wanted: Vec<WantedPart>,
+    leg: f64,
+}
+
+impl Question for VerticesOfFeet {
+    /// Nothing where a foot has no vertices.
+    type Answer = Option<Arc<FootParts>>;
 }
 
 /// One part of a foot over the clip.
@@ -83,11 +103,12 @@ pub(super) struct FootSkin<'a> {
 pub(super) struct PartTrack {
     /// Height of the lowest vertex per frame, meters; empty where the part has no vertices.
     pub(super) heights: Vec<f32>,
-    /// How far what touches the floor moves over it until the next frame, meters.
-    pub(super) steps: Vec<DVec2>,
+    /// How far what touches the floor moves over it until the next frame, meters; nothing where nobody wants to know.
+    pub(super) steps: Vec<Option<DVec2>>,
 }
 
 /// A part to look for: the joints whose vertices count, and where a foot is divided.
+#[derive(PartialEq)]
 pub(super) struct WantedPart {
     /// The joints of the foot: with all that is below them.
     pub(super) joints: Vec<usize>,
@@ -96,7 +117,7 @@ pub(super) struct WantedPart {
 }
 
 /// One side of the ball of a foot.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Half {
     /// Whether it is the toes' side.
     pub(super) is_front: bool,
@@ -108,48 +129,26 @@ pub(super) struct Half {
 
 impl<'a> FootSkin<'a> {
     /// Nothing where a foot has no vertices, so that both feet are measured alike. `leg` is the leg in meters.
-    pub(super) fn find(performer: Performer<'a>, wanted: &[WantedPart], leg: f64) -> Option<Self> {
-        let skin = &*performer.rig.scene.skin_vertices;
-        if skin.is_empty() || wanted.is_empty() {
-            return None;
-        }
-        let chosen: Vec<Vec<usize>> = wanted.iter().map(|part| part.choose(performer.rig, skin)).collect();
-        let is_whole = |part: &WantedPart| {
-            let same = wanted.iter().zip(&chosen).filter(|(other, _)| other.joints == part.joints);
-            same.map(|(_, vertices)| vertices.len()).sum::<usize>() >= FEW_VERTICES
-        };
-        if !wanted.iter().all(is_whole) {
-            return None;
-        }
-        let mut joints: Vec<usize> = Vec::new();
-        chosen.iter().flatten().for_each(|&vertex| joints.extend(skin.of(vertex).iter().map(|one| one.joint as usize)));
-        joints.sort_unstable();
-        joints.dedup();
-        let kinematics = Kinematics::of_joints(&performer, &joints);
-        let part = |vertices: &Vec<usize>| {
-            let share = |one: &Influence| Share {
-                joint: kinematics.number(one.joint as usize),
-                weight: f64::from(one.weight),
-                place: one.position.as_dvec3() * f64::from(one.weight),
-            };
-            let shares = |vertex: usize| skin.of(vertex).iter().map(share).collect::<Vec<Share>>();
-            let place = |vertex: usize| skin.place(vertex, &performer.rig.rest) * performer.rig.unit_meters;
-            let sole = sole(performer.rig, skin, vertices, leg);
-            let vertices = vertices.iter().map(|&vertex| (shares(vertex), place(vertex))).collect();
-            Part { sole: sole.into_iter().map(shares).collect(), ..Part::of(vertices, CELL * leg) }
-        };
-        let parts = chosen.iter().map(part).collect();
-        Some(Self { performer, kinematics, parts, leg })
+    pub(super) fn find(performer: Performer<'a>, wanted: Vec<WantedPart>, leg: f64) -> Option<Self> {
+        let rig = performer.rig;
+        let find = |asked: &VerticesOfFeet| FootParts::find(rig, &asked.wanted, leg).map(Arc::new);
+        let parts = rig.memory.recall(VerticesOfFeet { wanted, leg }, find)?;
+        Some(Self { performer, kinematics: Kinematics::of_joints(&performer, &parts.joints), parts, leg })
     }
 
-    /// Follows every part over frames that are neighbors.
-    pub(super) fn follow(&self, frames: &[usize]) -> Vec<PartTrack> {
+    /// Follows every part over frames that are neighbors. `moves` says of each part in which frames its steps are wanted, by their places in
+    /// `frames`.
+    pub(super) fn follow(&self, frames: &[usize], moves: &[&[bool]]) -> Vec<PartTrack> {
         let chunks: Vec<Vec<PartTrack>> = frames
             .par_chunks(CHUNK_FRAMES)
             .enumerate()
-            .map(|(chunk, own)| self.follow_chunk(own, frames.get((chunk + 1) * CHUNK_FRAMES).copied()))
+            .map(|(chunk, own)| {
+                let begin = chunk * CHUNK_FRAMES;
+                let moves: Vec<&[bool]> = moves.iter().map(|part| part.get(begin..).unwrap_or_default()).collect();
+                self.follow_chunk(own, frames.get(begin + CHUNK_FRAMES).copied(), &moves)
+            })
             .collect();
-        let mut tracks: Vec<PartTrack> = self.parts.iter().map(|_| PartTrack::default()).collect();
+        let mut tracks: Vec<PartTrack> = self.parts.parts.iter().map(|_| PartTrack::default()).collect();
         for (track, part) in
             chunks.into_iter().flat_map(|chunk| chunk.into_iter().enumerate().map(|(part, track)| (track, part)))
         {
@@ -160,38 +159,103 @@ impl<'a> FootSkin<'a> {
     }
 
     /// `next` is the frame after the chunk, which its last step leads to.
-    fn follow_chunk(&self, frames: &[usize], next: Option<usize>) -> Vec<PartTrack> {
+    fn follow_chunk(&self, frames: &[usize], next: Option<usize>, moves: &[&[bool]]) -> Vec<PartTrack> {
         let rig = self.performer.rig;
         let (unit, up) = (rig.unit_meters, rig.up());
         let mut model = vec![Transform::IDENTITY; self.kinematics.len()];
         let mut rows = vec![Row::default(); self.kinematics.len()];
-        let mut turns = vec![DMat3::IDENTITY; self.kinematics.len()];
-        let mut lowest: Vec<usize> = vec![0; self.parts.len()];
-        let mut tracks: Vec<PartTrack> = self.parts.iter().map(|_| PartTrack::default()).collect();
-        let mut before: Vec<Vec<DVec3>> = Vec::new();
-        for frame in frames.iter().copied().chain(next) {
+        let mut parts: Vec<FollowedPart<'_>> =
+            self.parts.parts.iter().zip(moves).map(|(part, moves)| FollowedPart::new(part, moves)).collect();
+        for (index, frame) in frames.iter().copied().chain(next).enumerate() {
             self.kinematics.pose(frame, &mut model);
-            for ((row, turn), joint) in rows.iter_mut().zip(&mut turns).zip(&model) {
+            for (row, joint) in rows.iter_mut().zip(&model) {
                 let along = joint.rotation.conjugate() * up * joint.scale;
                 *row = Row { row: along, length: along.length(), height: joint.translation.dot(up) };
-                *turn = DMat3::from_quat(joint.rotation) * DMat3::from_diagonal(joint.scale);
             }
-            let mut now: Vec<Vec<DVec3>> = Vec::with_capacity(self.parts.len());
-            for ((part, track), first) in self.parts.iter().zip(&mut tracks).zip(&mut lowest) {
-                if track.heights.len() < frames.len() && !part.clusters.is_empty() {
-                    let height;
-                    (height, *first) = part.lowest(&rows, *first);
+            for followed in &mut parts {
+                if index < frames.len() && !followed.part.clusters.is_empty() {
+                    let height = followed.lowest(&rows) * unit;
                     #[expect(clippy::cast_possible_truncation, reason = "meters")]
-                    track.heights.push((height * unit) as f32);
+                    followed.track.heights.push(height as f32);
                 }
-                now.push(part.places(&model, &turns).map(|place| rig.canonical_from_scene * place * unit).collect());
+                followed.step(index, (rig.canonical_from_scene, unit, &model), TOUCH * self.leg);
             }
-            for ((track, before), now) in tracks.iter_mut().zip(&before).zip(&now) {
-                track.steps.extend(step(before, now, TOUCH * self.leg));
-            }
-            before = now;
         }
-        tracks
+        parts.into_iter().map(|followed| followed.track).collect()
+    }
+}
+
+/// A part of a foot on its way through the frames.
+struct FollowedPart<'a> {
+    part: &'a Part,
+    /// The frames whose steps are wanted.
+    moves: &'a [bool],
+    /// The cluster that was lowest in the frame before.
+    lowest: usize,
+    /// Where the vertices of the sole are in the frame before and in this one, meters, +Y up.
+    before: Vec<DVec3>,
+    now: Vec<DVec3>,
+    track: PartTrack,
+}
+
+impl<'a> FollowedPart<'a> {
+    fn new(part: &'a Part, moves: &'a [bool]) -> Self {
+        let (before, now) = (Vec::with_capacity(part.sole.len()), Vec::with_capacity(part.sole.len()));
+        Self { part, moves, lowest: 0, before, now, track: PartTrack::default() }
+    }
+
+    /// Height of the lowest vertex along the rig's up axis, in the scene's unit.
+    fn lowest(&mut self, rows: &[Row]) -> f64 {
+        let height;
+        (height, self.lowest) = self.part.lowest(rows, self.lowest);
+        height
+    }
+
+    /// The step that leads to a frame, where it is wanted; `index` counts the frames of the chunk.
+    fn step(&mut self, index: usize, (turn, unit, model): (DQuat, f64, &[Transform]), touch: f64) {
+        let is_wanted = |index: usize| self.moves.get(index).copied().unwrap_or_default();
+        let leads_here = index.checked_sub(1).map(is_wanted);
+        std::mem::swap(&mut self.before, &mut self.now);
+        self.now.clear();
+        if is_wanted(index) || leads_here == Some(true) {
+            self.now.extend(self.part.places(model).map(|place| turn * place * unit));
+        }
+        if let Some(is_wanted) = leads_here {
+            self.track.steps.push(is_wanted.then(|| step(&self.before, &self.now, touch)).flatten());
+        }
+    }
+}
+
+impl FootParts {
+    fn find(rig: &Rig<'_>, wanted: &[WantedPart], leg: f64) -> Option<Self> {
+        let skin = &*rig.scene.skin_vertices;
+        if skin.is_empty() || wanted.is_empty() {
+            return None;
+        }
+        let chosen: Vec<Vec<usize>> = wanted.iter().map(|part| part.choose(rig, skin)).collect();
+        let is_whole = |part: &WantedPart| {
+            let same = wanted.iter().zip(&chosen).filter(|(other, _)| other.joints == part.joints);
+            same.map(|(_, vertices)| vertices.len()).sum::<usize>() >= FEW_VERTICES
+        };
+        if !wanted.iter().all(is_whole) {
+            return None;
+        }
+        let influences = chosen.iter().flatten().flat_map(|&vertex| skin.of(vertex));
+        let joints = with_ancestors(rig.skeleton(), influences.map(|one| one.joint as usize));
+        let share = |one: &Influence| Share {
+            joint: joints.binary_search(&(one.joint as usize)).unwrap_or(0),
+            weight: f64::from(one.weight),
+            place: one.position.as_dvec3() * f64::from(one.weight),
+        };
+        let part = |vertices: &Vec<usize>| {
+            let shares = |vertex: usize| skin.of(vertex).iter().map(share).collect::<Vec<Share>>();
+            let place = |vertex: usize| skin.place(vertex, &rig.rest) * rig.unit_meters;
+            let sole = sole(rig, skin, vertices, leg);
+            let vertices = vertices.iter().map(|&vertex| (shares(vertex), place(vertex))).collect();
+            Part { sole: sole.into_iter().map(shares).collect(), ..Part::of(vertices, CELL * leg) }
+        };
+        let parts = chosen.iter().map(part).collect();
+        Some(Self { joints, parts })
     }
 }
 
@@ -247,10 +311,13 @@ impl Part {
         found
     }
 
-    fn places<'m>(&self, model: &'m [Transform], turns: &'m [DMat3]) -> impl Iterator<Item = DVec3> + use<'m, '_> {
+    /// Where the vertices of the sole are, in the scene's space and unit.
+    fn places(&self, model: &[Transform]) -> impl Iterator<Item = DVec3> {
         self.sole.iter().map(|shares| {
-            let place =
-                |share: &Share| turns[share.joint] * share.place + model[share.joint].translation * share.weight;
+            let place = |share: &Share| {
+                let Transform { translation, rotation, scale } = model[share.joint];
+                rotation * (scale * share.place) + translation * share.weight
+            };
             shares.iter().map(place).sum()
         })
     }

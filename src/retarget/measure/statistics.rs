@@ -1,14 +1,13 @@
 //! Percentiles and the like.
 
-/// The value below which a share of the values lies, by the nearest rank; 0 for none. Sorts the values.
+/// The value below which a share of the values lies, by the nearest rank; 0 for none. Puts the values into another order.
 pub(super) fn percentile(values: &mut [f64], share: f64) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
-    values.sort_unstable_by(f64::total_cmp);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
     let index = ((values.len() - 1) as f64 * share).round() as usize;
-    values[index.min(values.len() - 1)]
+    *values.select_nth_unstable_by(index.min(values.len() - 1), f64::total_cmp).1
 }
 
 /// The mean of what is finite; 0 for none.

@@ -212,6 +212,11 @@ impl Part {
 }
 
 impl Role {
+    /// Whether the number is part of the name.
+    fn is_written_with(number: u8, part: Part) -> bool {
+        number > 1 || part == Part::Leg
+    }
+
     /// A part on the middle plane; the first of its kind.
     #[must_use]
     pub const fn center(part: Part) -> Self {
@@ -279,7 +284,7 @@ impl fmt::Display for Role {
             Side::Right => "right_",
         };
         write!(formatter, "{side}{}", self.part.name())?;
-        if self.number > 1 || self.part == Part::Leg { write!(formatter, "_{}", self.number) } else { Ok(()) }
+        if Self::is_written_with(self.number, self.part) { write!(formatter, "_{}", self.number) } else { Ok(()) }
     }
 }
 
@@ -292,14 +297,16 @@ impl FromStr for Role {
             (None, Some(name)) => (Side::Right, name),
             (None, None) => (Side::Center, text),
         };
-        let numbered = name.rsplit_once('_').and_then(|(name, number)| Some((name, number.parse::<u8>().ok()?)));
+        // There is one way to write a role: no `neck_1`, no `left_leg_01`, no leg without a number.
+        let number = |digits: &str| digits.parse::<u8>().ok().filter(|_| !digits.starts_with(['0', '+']));
+        let numbered = name.rsplit_once('_').and_then(|(name, digits)| Some((name, number(digits)?)));
+        let is_numbered = numbered.is_some();
         let (name, number) = numbered.unwrap_or((name, 1));
         let may_be = |part: &Part| part.may_be_on(side) && (number == 1 || part.may_repeat());
         Part::from_name(name)
             .filter(|part| may_be(part) && (1..=MAX_ALIKE).contains(&number))
+            .filter(|part| is_numbered == Self::is_written_with(number, *part))
             .map(|part| Self { side, part, number })
-            // There is one way to write a role: no `neck_1`, no `left_leg_01`, no leg without a number.
-            .filter(|role| role.to_string() == text)
             .ok_or_else(|| RoleError { text: text.to_owned() })
     }
 }

@@ -15,7 +15,7 @@ mod skin;
 
 use glam::DVec3;
 
-use super::{limb::LimbJoints, rig::Rig};
+use super::{limb::LimbJoints, rig::Rig, rig_memory::Question};
 
 /// The sole of a foot in its own axes, in plan units.
 #[derive(Clone, Debug, Default)]
@@ -68,9 +68,24 @@ impl FootShape {
 /// The shape of the foot of a leg. `unit` is plan units per unit of the side's scene, `stands` whether the rest pose says how its feet
 /// lie when they stand, `is_human` whether a foot without a mesh has the proportions of a human one. Needs the leg's `sole`.
 pub(crate) fn foot_shape(side: &Rig<'_>, leg: &LimbJoints, unit: f64, stands: bool, is_human: bool) -> FootShape {
-    let foot = Foot::of(side, leg, unit).filter(|_| stands);
-    let shape = foot.and_then(|foot| skin::shape(&foot).or_else(|| guess::shape(&foot).filter(|_| is_human)));
-    shape.unwrap_or_else(|| guess::balls(leg))
+    side.memory.recall(WhatItStandsOn { leg: *leg, unit, stands, is_human }, |asked| {
+        let foot = Foot::of(side, leg, unit).filter(|_| asked.stands);
+        let shape = foot.and_then(|foot| skin::shape(&foot).or_else(|| guess::shape(&foot).filter(|_| is_human)));
+        shape.unwrap_or_else(|| guess::balls(leg))
+    })
+}
+
+/// What does a foot stand on?
+#[derive(PartialEq)]
+struct WhatItStandsOn {
+    leg: LimbJoints,
+    unit: f64,
+    stands: bool,
+    is_human: bool,
+}
+
+impl Question for WhatItStandsOn {
+    type Answer = FootShape;
 }
 
 /// A foot at rest, as it stands. Lengths are in the scene's unit, directions in its model space.
