@@ -22,3 +22,4 @@ mod shoulders;
 mod soles;
 mod spines;
 mod stretched;
+mod tiptoe;

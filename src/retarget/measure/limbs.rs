@@ -143,18 +143,22 @@ impl Limbs {
             joint,
             values: (0..compared.len()).map(value).collect(),
         };
-        let limbs = |pick: fn(&Limb) -> bool, value: fn(&Limb, &Compared, usize) -> f64| {
-            let limbs = self.limbs.iter().filter(|limb| pick(limb));
-            limbs.map(|limb| series(limb.role, limb.joint, &|frame| value(limb, compared, frame))).collect()
-        };
+        let direction = |limb: &Limb| series(limb.role, limb.joint, &|frame| limb.direction_degrees(compared, frame));
+        let is_flat =
+            |role: &str, frame: usize| flat.get(role).is_some_and(|flat| flat[compared.frames.indices[frame]]);
         let whole = |whole: &Whole| {
-            let flat = flat.get(whole.role);
-            let is_flat = |frame: usize| flat.is_some_and(|flat| flat[compared.frames.indices[frame]]);
-            series(whole.role, whole.joint, &|frame| whole.degrees(compared, frame, is_flat(frame)))
+            series(whole.role, whole.joint, &|frame| whole.degrees(compared, frame, is_flat(whole.role, frame)))
+        };
+        let twist = |limb: &Limb| {
+            let foot = self.wholes.iter().find(|whole| whole.role == limb.role);
+            let tilt = |frame: usize| foot.filter(|_| is_flat(limb.role, frame))?.tilt_degrees(compared, frame);
+            // A foot that lies flat is not rolled, however the source's foot was tilted in its rest pose.
+            let twist = |frame: usize| limb.twist_degrees(compared, frame).min(tilt(frame).unwrap_or(f64::INFINITY));
+            series(limb.role, limb.joint, &twist)
         };
         LimbSeries {
-            directions: limbs(|limb| limb.has_direction, Limb::direction_degrees),
-            twists: limbs(|limb| limb.has_twist, Limb::twist_degrees),
+            directions: self.limbs.iter().filter(|limb| limb.has_direction).map(direction).collect(),
+            twists: self.limbs.iter().filter(|limb| limb.has_twist).map(twist).collect(),
             wholes: self.wholes.iter().map(whole).collect(),
         }
     }
@@ -189,10 +193,15 @@ impl Whole {
     fn degrees(&self, compared: &Compared, frame: usize, is_flat: bool) -> f64 {
         let difference = difference(compared, frame, self.turn);
         let whole = degrees(difference);
-        let Some(upper_side) = self.upper_side.filter(|_| is_flat) else { return whole };
-        let tilt = angle(compared.target.turn(frame, self.turn) * upper_side, DVec3::Y);
+        let Some(tilt) = self.tilt_degrees(compared, frame).filter(|_| is_flat) else { return whole };
         let heading = twist_angle(difference, DVec3::Y).abs().to_degrees();
         whole.min(tilt.max(heading))
+    }
+
+    /// How far the sole of a foot is from lying on the floor; nothing of what is no foot, or does not stand at rest.
+    fn tilt_degrees(&self, compared: &Compared, frame: usize) -> Option<f64> {
+        let upper_side = self.upper_side?;
+        Some(angle(compared.target.turn(frame, self.turn) * upper_side, DVec3::Y))
     }
 }
 

@@ -260,7 +260,7 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile over frames and limbs",
+        about: "difference of the turn about a limb's own axis since the rest pose, hands and feet included; of a foot that stands with heel and ball no more than its tilt on the floor; 95th percentile over frames and limbs",
     },
     MetricInfo {
         metric: MetricName::EndOrientation,

@@ -51,6 +51,8 @@ const BIN_METERS: f64 = 0.005;
 const LEVEL_REACH_METERS: f64 = 0.1;
 /// Two feet whose levels differ by more than this do not both rest on the floor; the lower one does.
 const LEVEL_AGREEMENT_METERS: f64 = 0.05;
+/// A heel that is never slow less than this above the ball and toes of its foot is raised for the whole clip: who dances on the toes.
+const RAISED_HEEL_METERS: f64 = 0.08;
 
 /// Finds contacts.
 #[derive(Clone, Debug)]
@@ -140,7 +142,15 @@ impl ContactStage {
         if level - lowest > LEVEL_AGREEMENT_METERS * self.scale { lowest } else { level }
     }
 
-    fn touches(&self, point: &Point, track: &Tracked, level: f64, times: &[f64]) -> Vec<bool> {
+    /// Whether it is the heel of a foot that stands on its toes alone.
+    fn is_raised(&self, point: &Point, level: f64, levels: &[f64]) -> bool {
+        let of_foot = self.points.iter().zip(levels).filter(|(other, _)| other.limb == point.limb);
+        let lowest = of_foot.map(|(_, level)| *level).fold(level, f64::min);
+        point.part == Part::End && level - lowest > RAISED_HEEL_METERS * self.scale
+    }
+
+    /// `level` is the height at which the point rests; nothing where it never does.
+    fn touches(&self, point: &Point, track: &Tracked, level: Option<f64>, times: &[f64]) -> Vec<bool> {
         let op = &self.op;
         let within = |ranges: Option<&Vec<[f64; 2]>>, time: f64| {
             ranges.is_some_and(|ranges| ranges.iter().any(|[from, to]| (*from..=*to).contains(&time)))
@@ -148,7 +158,7 @@ impl ContactStage {
         let mut touches = match (op.set.get(point.name), op.detect) {
             (Some(_), _) => times.iter().map(|time| within(op.set.get(point.name), *time)).collect(),
             (None, false) => vec![false; times.len()],
-            (None, true) => self.detect(track, level, times),
+            (None, true) => level.map_or_else(|| vec![false; times.len()], |level| self.detect(track, level, times)),
         };
         for (frame, touches) in touches.iter_mut().enumerate() {
             let time = times[frame];
@@ -228,7 +238,8 @@ impl Stage for ContactStage {
             .collect();
         let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
         let point = |((point, track), level): ((&Point, Tracked), &f64)| {
-            let touches = self.touches(point, &track, self.agreed(point, *level, &levels), work.times);
+            let level = (!self.is_raised(point, *level, &levels)).then(|| self.agreed(point, *level, &levels));
+            let touches = self.touches(point, &track, level, work.times);
             let Point { name, limb, part, .. } = *point;
             ContactPoint { name, limb, part, positions: track.soles, touches }
         };
