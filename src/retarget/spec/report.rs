@@ -363,7 +363,7 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "how far the gap between hands, or of a hand to head or shoulder, differs from the source's while it is small there, in percent of the body's length; 95th percentile",
+        about: "how far the gap between hands, or of a hand to head or shoulder, differs from the source's while it is small and steady there, in percent of the body's length; 95th percentile",
     },
     MetricInfo {
         metric: MetricName::ReachResidual,
