@@ -80,7 +80,9 @@ pub(super) fn combine(body: &Body<'_>, mut named: Findings, anatomy: Option<&Ana
         if combined.roles.contains_key(&role) || !is_free || combined.is_taken(candidate.joints[0]) {
             continue;
         }
-        let finding = judge(body, candidate, named.roles.get(&role), places.get(&role), &limbs);
+        let is_of_named_hand = Part::FINGERS.contains(&role.part) && is_hand_named(body, &named.roles, role.side);
+        let witnesses = (named.roles.get(&role), places.get(&role));
+        let finding = judge(body, candidate, witnesses, is_of_named_hand, &limbs);
         combined.take_over(role, finding);
     }
     combined
@@ -364,12 +366,24 @@ fn is_lone(named: &BTreeMap<Role, RoleFinding>, places: &BTreeMap<Role, Place>, 
     })
 }
 
-/// What is said of the role that a candidate gets.
+/// Whether the thumb and at least three fingers of a hand are told apart by their names. Such names are not given by chance, and the shape of a
+/// hand that holds something at rest says little about which finger is which.
+fn is_hand_named(body: &Body<'_>, named: &BTreeMap<Role, RoleFinding>, side: Side) -> bool {
+    // By words: a number may count from either side.
+    let is_named = |part: &Part| {
+        let first = named.get(&Role::new(side, *part)).and_then(|finding| finding.joints.first());
+        first.is_some_and(|joint| body.means(*joint, &[Sense::Finger(*part)]))
+    };
+    is_named(&Part::Thumb) && Part::FINGERS.iter().filter(|part| is_named(part)).count() >= 4
+}
+
+/// What is said of the role that a candidate gets. `is_of_named_hand` is whether it is a finger of a hand whose fingers are told apart by
+/// their names.
 fn judge(
     body: &Body<'_>,
     candidate: &Candidate<'_>,
-    named: Option<&RoleFinding>,
-    place: Option<&Place>,
+    (named, place): (Option<&RoleFinding>, Option<&Place>),
+    is_of_named_hand: bool,
     limbs: &WeighedLimbs,
 ) -> RoleFinding {
     let label = |joint: usize| body.skeleton.label(joint);
@@ -392,6 +406,7 @@ fn judge(
             let is_near = parent(own) == Some(other) || parent(other) == Some(own) || place.joints.contains(&own);
             if named.confidence < sure::DECLARED {
                 finding.confidence *= match (likelihood, is_near) {
+                    (None, _) if is_of_named_hand => witness::NAME_ALONE,
                     (Some(likelihood), _) => likelihood.max(witness::CONTRADICTED),
                     (None, false) if place.geometry >= witness::CLEAR => witness::CONTRADICTED,
                     (None, _) => witness::NEAR,

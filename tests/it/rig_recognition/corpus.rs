@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use retargetd::{
-    model::Reporter,
+    model::{Joint, Reporter, Skeleton},
     rig::{Part, Rig, RigKind, RigSpec, Role, Side},
 };
 
@@ -133,4 +133,23 @@ fn sure_roles_are_right() {
     assert!(whole as f64 >= 0.9 * f64::from(rigs), "{whole} of {rigs} rigs:\n{}", wrong.join("\n"));
     assert!(sure_right as f64 >= 0.995 * sure as f64, "{sure_right} of {sure} sure roles:\n{}", wrong.join("\n"));
     assert!(sure * 2 > all, "most of them are sure: {tenths:?}");
+}
+
+/// A hand that is closed at rest, as about the grip of a weapon: its shape says little about which finger is which.
+#[test]
+fn fingers_that_are_named_one_by_one_are_sure() {
+    let mut scene = retargetd::samples::mannequin_scene();
+    let mut joints: Vec<Joint> = scene.skeleton.joints().to_vec();
+    let place = |name: &str| joints.iter().position(|joint| joint.name == name).expect("a finger");
+    let [index, pinky] = ["index_metacarpal_l", "pinky_metacarpal_l"].map(place);
+    let (at_index, at_pinky) = (joints[index].rest, joints[pinky].rest);
+    (joints[index].rest, joints[pinky].rest) = (at_pinky, at_index);
+    scene.skeleton = Skeleton::new(joints).expect("a skeleton");
+    let rig = Rig::new("target", &scene, None, &RigSpec::default(), &mut Reporter::new()).expect("a rig");
+    for part in [Part::Thumb, Part::Index, Part::Middle, Part::Ring, Part::Pinky] {
+        let finding = &rig.recognition.roles[&Role::new(Side::Left, part)];
+        assert!(finding.confidence >= 0.9, "{part:?}: {finding:?}");
+    }
+    let contradicted = &rig.recognition.roles[&Role::new(Side::Left, Part::Index)];
+    assert!(contradicted.reasons.iter().any(|reason| reason.contains("shape would say")), "{contradicted:?}");
 }
