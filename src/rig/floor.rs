@@ -49,7 +49,7 @@ impl Question for HowItStands {
 impl Stance {
     /// For a pelvis joint.
     pub(crate) fn of(side: &Rig<'_>, pelvis: usize) -> Self {
-        side.memory.recall(HowItStands { pelvis }, |_| Self::find(side, pelvis))
+        side.recall(HowItStands { pelvis }, |_| Self::find(side, pelvis))
     }
 
     fn find(side: &Rig<'_>, pelvis: usize) -> Self {

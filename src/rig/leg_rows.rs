@@ -16,7 +16,7 @@ pub(crate) fn is_whole_leg(role: &str) -> bool {
 
 /// The pairs of legs of an animal from the front, by the role of the left one; nothing for bodies on two legs.
 pub(crate) fn leg_rows(rig: &Rig<'_>) -> Vec<Role> {
-    rig.memory.recall(WhichRowsOfLegs, |_| find_leg_rows(rig))
+    rig.recall(WhichRowsOfLegs, |_| find_leg_rows(rig))
 }
 
 /// Which rows of legs does it have?

@@ -11,7 +11,7 @@ use super::{
     lookup::find_joint,
     recognition::{Recognition, RigKind, body_frame, rest_pose_kind},
     rest::{RestFit, RestSource},
-    rig_memory::RigMemory,
+    rig_memory::{Question, RigMemory},
     spec::RestSpec,
 };
 
@@ -88,6 +88,11 @@ impl<'a> Rig<'a> {
     /// When there is none; the error has the nearest names.
     pub fn joint(&self, name: &str, pointer: &str) -> Result<usize, SpecField> {
         find_joint(self.skeleton(), self.name, name, pointer)
+    }
+
+    /// The answer to a question about this rig, found once.
+    pub(crate) fn recall<Q: Question>(&self, question: Q, answer: impl FnOnce(&Q) -> Q::Answer) -> Q::Answer {
+        if self.memory.is_of(&self.rest) { self.memory.recall(question, answer) } else { answer(&question) }
     }
 
     /// The same rig in a file that has more in it than its own, such as properties that a clip is to animate.

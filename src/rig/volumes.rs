@@ -79,7 +79,7 @@ pub(crate) fn body_parts(source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<B
 /// lie on the other body, they are nowhere thicker than the mesh.
 #[must_use]
 pub fn body_capsules(side: &Rig<'_>) -> Vec<(&'static str, Capsule)> {
-    side.memory.recall(HowThickItIs, |_| fitted_capsules(side))
+    side.recall(HowThickItIs, |_| fitted_capsules(side))
 }
 
 /// How thick is it?

@@ -132,7 +132,7 @@ impl<'a> FootSkin<'a> {
     pub(super) fn find(performer: Performer<'a>, wanted: Vec<WantedPart>, leg: f64) -> Option<Self> {
         let rig = performer.rig;
         let find = |asked: &VerticesOfFeet| FootParts::find(rig, &asked.wanted, leg).map(Arc::new);
-        let parts = rig.memory.recall(VerticesOfFeet { wanted, leg }, find)?;
+        let parts = rig.recall(VerticesOfFeet { wanted, leg }, find)?;
         Some(Self { performer, kinematics: Kinematics::of_joints(&performer, &parts.joints), parts, leg })
     }
 

@@ -68,7 +68,7 @@ impl FootShape {
 /// The shape of the foot of a leg. `unit` is plan units per unit of the side's scene, `stands` whether the rest pose says how its feet
 /// lie when they stand, `is_human` whether a foot without a mesh has the proportions of a human one. Needs the leg's `sole`.
 pub(crate) fn foot_shape(side: &Rig<'_>, leg: &LimbJoints, unit: f64, stands: bool, is_human: bool) -> FootShape {
-    side.memory.recall(WhatItStandsOn { leg: *leg, unit, stands, is_human }, |asked| {
+    side.recall(WhatItStandsOn { leg: *leg, unit, stands, is_human }, |asked| {
         let foot = Foot::of(side, leg, unit).filter(|_| asked.stands);
         let shape = foot.and_then(|foot| skin::shape(&foot).or_else(|| guess::shape(&foot).filter(|_| is_human)));
         shape.unwrap_or_else(|| guess::balls(leg))
