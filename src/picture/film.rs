@@ -187,6 +187,10 @@ fn check(cast: &Cast<'_>, view: &View) -> Result<(), PictureError> {
     if let Some((field, problem)) = view.problem() {
         return Err(PictureError::new(format!("{field}: {problem}")));
     }
+    let [_, end] = cast.main.span();
+    if let Some([start, _]) = view.range.filter(|[start, _]| *start > end && end > 0.0) {
+        return Err(PictureError::new(format!("range: it begins at {start} s, after the clip's end at {end:.3} s")));
+    }
     let is_nothing = |subject: &Subject<'_>| {
         let seen = if view.style == Style::Skeleton { subject.bones } else { subject.figure };
         seen.is_empty()

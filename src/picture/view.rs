@@ -23,7 +23,8 @@ pub struct View {
     pub turn_degrees: f64,
     /// Frames per second of what moves, 1 to 60. Default: 15 for GIF, 30 otherwise.
     pub fps: Option<f64>,
-    /// The seconds of the clip that are shown, start and end. Default: all.
+    /// The seconds of the clip that are shown, start and end; what is beyond the clip's end is left out, and a range that begins there is
+    /// refused. Default: all.
     pub range: Option<[f64; 2]>,
     /// The second of the clip that a still shows. Default: the middle.
     pub at_seconds: Option<f64>,

@@ -316,6 +316,10 @@ fn a_view_that_cannot_be_shown_is_told() {
         (r#"{"output": {"view": {"size": [4, 4]}}}"#, "/output/view/size: both sides are 16 to 1920 pixels"),
         (r#"{"output": {"view": {"camera": "below"}}}"#, "/output/view"),
         (r#"{"output": {"view": {"sheet": "best"}}}"#, "/output/view"),
+        (
+            r#"{"output": {"view": {"range": [60, 80], "sheet": {"columns": 2, "rows": 1}}}}"#,
+            "range: it begins at 60 s, after the clip's end at 4.000 s",
+        ),
         (r#"{"report": "none", "output": {"view": {"sheet": "worst"}}}"#, "nothing was measured that could be worst"),
     ];
     for (config, says) in cases {
