@@ -130,6 +130,20 @@ impl Skeleton {
         false
     }
 
+    /// Some joints and all that they hang from, rising: parents come before their children.
+    #[must_use]
+    pub fn with_ancestors(&self, joints: impl IntoIterator<Item = usize>) -> Vec<usize> {
+        let mut needed = vec![false; self.len()];
+        for joint in joints {
+            let mut current = Some(joint);
+            while let Some(index) = current.filter(|index| !needed[*index]) {
+                needed[index] = true;
+                current = self.joints[index].parent;
+            }
+        }
+        (0..self.len()).filter(|joint| needed[*joint]).collect()
+    }
+
     /// The path from `start` down to `end`, both included, or nothing when `end` is not below `start`.
     #[must_use]
     pub fn path(&self, start: usize, end: usize) -> Option<Vec<usize>> {

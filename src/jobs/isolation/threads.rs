@@ -56,12 +56,11 @@ impl Threads {
     /// When the system has no more.
     pub(super) fn of(&mut self, count: usize) -> io::Result<&ThreadPool> {
         let count = count.max(1);
-        let has_count =
-            |pool: &Option<ThreadPool>| pool.as_ref().is_some_and(|pool| pool.current_num_threads() == count);
-        if !has_count(&self.last) {
+        let has_count = |pool: &ThreadPool| pool.current_num_threads() == count;
+        if !self.last.as_ref().is_some_and(has_count) {
             std::mem::swap(&mut self.last, &mut self.before);
         }
-        let pool = match self.last.take_if(|pool| pool.current_num_threads() == count) {
+        let pool = match self.last.take_if(|pool| has_count(pool)) {
             Some(pool) => pool,
             None => {
                 let builder = ThreadPoolBuilder::new().num_threads(count).stack_size(STACK_BYTES);

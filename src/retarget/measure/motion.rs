@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 use rayon::prelude::*;
 
 use crate::{
-    model::{Clip, ModelPose, Skeleton, Transform},
+    model::{Clip, ModelPose, Transform},
     rig::Rig,
 };
 
@@ -221,7 +221,7 @@ impl<'a> Kinematics<'a> {
 
     fn new(performer: &Performer<'a>, points: &[Anchor], turns: &[usize]) -> Self {
         let skeleton = performer.rig.skeleton();
-        let joints = with_ancestors(skeleton, points.iter().map(|anchor| anchor.joint).chain(turns.iter().copied()));
+        let joints = skeleton.with_ancestors(points.iter().map(|anchor| anchor.joint).chain(turns.iter().copied()));
         let mut number = vec![0; skeleton.len()];
         for (position, &joint) in joints.iter().enumerate() {
             number[joint] = position;
@@ -272,19 +272,6 @@ impl<'a> Kinematics<'a> {
             }
         }
     }
-}
-
-/// Some joints and all that they hang from, in the order of the skeleton.
-pub(super) fn with_ancestors(skeleton: &Skeleton, joints: impl Iterator<Item = usize>) -> Vec<usize> {
-    let mut needed = vec![false; skeleton.len()];
-    for joint in joints {
-        let mut current = Some(joint);
-        while let Some(index) = current.filter(|index| !needed[*index]) {
-            needed[index] = true;
-            current = skeleton.parent(index);
-        }
-    }
-    (0..skeleton.len()).filter(|joint| needed[*joint]).collect()
 }
 
 /// A rotation that is one, whatever a file says.

@@ -9,7 +9,7 @@ use std::{ops::Range, sync::Arc};
 use glam::{DQuat, DVec2, DVec3, swizzles::Vec3Swizzles};
 use rayon::prelude::*;
 
-use super::motion::{CHUNK_FRAMES, Kinematics, Performer, with_ancestors};
+use super::motion::{CHUNK_FRAMES, Kinematics, Performer};
 use crate::{
     model::{Influence, SkinVertices, Transform},
     rig::{Rig, rig_memory::Question},
@@ -241,7 +241,7 @@ impl FootParts {
             return None;
         }
         let influences = chosen.iter().flatten().flat_map(|&vertex| skin.of(vertex));
-        let joints = with_ancestors(rig.skeleton(), influences.map(|one| one.joint as usize));
+        let joints = rig.skeleton().with_ancestors(influences.map(|one| one.joint as usize));
         let share = |one: &Influence| Share {
             joint: joints.binary_search(&(one.joint as usize)).unwrap_or(0),
             weight: f64::from(one.weight),

@@ -31,16 +31,8 @@ impl Posing {
         above: Transform,
         wanted: impl IntoIterator<Item = usize>,
     ) -> Self {
-        let mut needed = vec![false; skeleton.len()];
-        for joint in wanted {
-            let mut current = Some(joint);
-            while let Some(index) = current.filter(|&index| !needed[index]) {
-                needed[index] = true;
-                current = skeleton.parent(index);
-            }
-        }
         let mut posing = Self { joints: Vec::new(), slots: vec![None; skeleton.len()], above };
-        for joint in (0..skeleton.len()).filter(|&joint| needed[joint]) {
+        for joint in skeleton.with_ancestors(wanted) {
             posing.slots[joint] = Some(posing.joints.len());
             let parent = skeleton.parent(joint).and_then(|parent| posing.slots[parent]);
             posing.joints.push(PosedJoint { joint, parent, rest: skeleton.joints()[joint].rest });

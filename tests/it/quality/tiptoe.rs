@@ -8,7 +8,7 @@ use retargetd::{
     samples,
 };
 
-use super::figure::{position, world};
+use super::figure::{position, rotation, world};
 
 /// How far the heels are up.
 const RAISED_DEGREES: f64 = 35.0;
@@ -72,9 +72,9 @@ fn on_toes(walk: &Scene, degrees: f64) -> Scene {
             let rotations: Vec<glam::Quat> = (0..clip.frame_count())
                 .map(|frame| {
                     let pose = world(skeleton, Some((clip, frame)));
-                    let own = pose[joint].to_scale_rotation_translation().1;
+                    let own = rotation(&pose, joint);
                     // How the joint is turned against its rest takes the axis with it.
-                    let moved = own * rest[joint].to_scale_rotation_translation().1.conjugate();
+                    let moved = own * rotation(&rest, joint).conjugate();
                     let about = moved * turn * moved.conjugate();
                     let local = clip.joints()[joint].rotation.at(frame, glam::Quat::IDENTITY).as_dquat();
                     let parent = own * local.conjugate();
@@ -85,9 +85,8 @@ fn on_toes(walk: &Scene, degrees: f64) -> Scene {
         }
     }
     let pelvis = rig.role("pelvis")[0];
-    let up = world(skeleton, None)[skeleton.parent(pelvis).unwrap_or(pelvis)].to_scale_rotation_translation().1;
-    let parent_is_root = skeleton.parent(pelvis).is_none();
-    let lifted = if parent_is_root { rig.up() * lift } else { up.conjugate() * (rig.up() * lift) };
+    let parent = skeleton.parent(pelvis).map_or(DQuat::IDENTITY, |parent| rotation(&rest, parent));
+    let lifted = parent.conjugate() * (rig.up() * lift);
     let places = (0..clip.frame_count()).map(|frame| {
         let rest = skeleton.joints()[pelvis].rest.translation.as_vec3();
         clip.joints()[pelvis].translation.at(frame, rest) + lifted.as_vec3()

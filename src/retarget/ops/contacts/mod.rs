@@ -51,7 +51,7 @@ const BIN_METERS: f64 = 0.005;
 const LEVEL_REACH_METERS: f64 = 0.1;
 /// Two feet whose levels differ by more than this do not both rest on the floor; the lower one does.
 const LEVEL_AGREEMENT_METERS: f64 = 0.05;
-/// A heel that is never slow less than this above the ball and toes of its foot is raised for the whole clip: who dances on the toes.
+/// A heel whose level is more than this above the lowest one of its foot is raised for the whole clip, as in a dance on the toes.
 const RAISED_HEEL_METERS: f64 = 0.08;
 
 /// Finds contacts.
