@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes a walk of one hour: the sample walk's 65 joints, every one of them keyed at 60 frames per second.
+"""Writes a walk of one hour, or of as many as are asked for: the sample walk's 65 joints, every one of them keyed at 60 frames per second.
 
     retargetd samples --output .
-    python3 benches/long_clip.py walk.glb long_walk.glb
+    python3 benches/long_clip.py walk.glb long_walk.glb 10
     /usr/bin/time -v retargetd retarget --source long_walk.glb --target mannequin.glb --output out.glb
 
 The line "Maximum resident set size" is what a retarget of such a clip needs.
@@ -12,11 +12,12 @@ import json
 import struct
 import sys
 
-FRAMES = 60 * 60 * 60
 FPS = 60
+FRAMES_OF_HOUR = 60 * 60 * FPS
 
 
-def main(source: str, output: str) -> None:
+def main(source: str, output: str, hours: str = "1") -> None:
+    frame_count = round(float(hours) * FRAMES_OF_HOUR)
     document, binary = read(source)
     views, accessors = document["bufferViews"], document["accessors"]
 
@@ -27,26 +28,28 @@ def main(source: str, output: str) -> None:
         first = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
         return binary[first : first + size * accessor["count"]]
 
-    chunks, length = [binary], len(binary)
+    # What is written, as values that are repeated up to a number of bytes: ten hours do not fit into memory.
+    chunks, length = [(binary, len(binary))], len(binary)
 
-    def add(data: bytes, kind: str, **more: object) -> int:
+    def add(data: bytes, size: int, kind: str, **more: object) -> int:
         nonlocal length
-        views.append({"buffer": 0, "byteOffset": length, "byteLength": len(data)})
-        accessors.append({"bufferView": len(views) - 1, "componentType": 5126, "count": FRAMES, "type": kind, **more})
-        chunks.append(data)
-        length += len(data)
+        views.append({"buffer": 0, "byteOffset": length, "byteLength": size})
+        accessor = {"bufferView": len(views) - 1, "componentType": 5126, "count": frame_count, "type": kind, **more}
+        accessors.append(accessor)
+        chunks.append((data, size))
+        length += size
         return len(accessors) - 1
 
-    times = struct.pack(f"<{FRAMES}f", *(frame / FPS for frame in range(FRAMES)))
-    input_accessor = add(times, "SCALAR", min=[0.0], max=[(FRAMES - 1) / FPS])
+    times = struct.pack(f"<{frame_count}f", *(frame / FPS for frame in range(frame_count)))
+    input_accessor = add(times, len(times), "SCALAR", min=[0.0], max=[(frame_count - 1) / FPS])
     animation = document["animations"][0]
     samplers, channels = [], []
     keyed = set()
 
     def channel(node: int, path: str, data: bytes) -> None:
         kind, size = ("VEC4", 16) if path == "rotation" else ("VEC3", 12)
-        data = (data * (FRAMES * size // len(data) + 1))[: FRAMES * size]
-        samplers.append({"input": input_accessor, "output": add(data, kind), "interpolation": "LINEAR"})
+        output_accessor = add(data, frame_count * size, kind)
+        samplers.append({"input": input_accessor, "output": output_accessor, "interpolation": "LINEAR"})
         channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
         keyed.add((node, path))
 
@@ -69,7 +72,7 @@ def read(path: str) -> tuple[dict, bytes]:
     return json.loads(data[20 : 20 + size]), data[28 + size :]
 
 
-def write(path: str, document: dict, chunks: list[bytes], length: int) -> None:
+def write(path: str, document: dict, chunks: list[tuple[bytes, int]], length: int) -> None:
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     padding = -length % 4
@@ -78,8 +81,10 @@ def write(path: str, document: dict, chunks: list[bytes], length: int) -> None:
         file.write(struct.pack("<4sII", b"glTF", 2, total))
         file.write(struct.pack("<I4s", len(text), b"JSON") + text)
         file.write(struct.pack("<I4s", length + padding, b"BIN\0"))
-        for chunk in chunks:
-            file.write(chunk)
+        for data, size in chunks:
+            for _ in range(size // len(data)):
+                file.write(data)
+            file.write(data[: size % len(data)])
         file.write(b"\0" * padding)
 
 

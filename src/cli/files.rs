@@ -103,10 +103,10 @@ impl InputFile {
         Ok(Self { path: path.to_owned(), name, bytes })
     }
 
-    /// A file that was made of those in a folder.
-    pub(super) fn made(folder: &Path, bytes: Vec<u8>) -> Self {
-        let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        Self { path: folder.to_owned(), name, bytes }
+    /// A file whose content comes from elsewhere, such as one that was made of those in a folder.
+    pub(super) fn made(path: &Path, bytes: Vec<u8>) -> Self {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        Self { path: path.to_owned(), name, bytes }
     }
 
     pub(super) fn as_named(&self) -> NamedBytes<'_> {
@@ -180,14 +180,17 @@ impl StagedFiles {
             self.standard.extend_from_slice(bytes);
             return Ok(());
         }
+        let mut file = self.create(path)?;
+        file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| unwritable(path, &error))
+    }
+
+    /// A file beside the place, to be written until all are put in their places.
+    pub(super) fn create(&mut self, path: &Path) -> Result<File, Exit> {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let temporary = path.with_file_name(format!(".{name}.{}.{}.part", std::process::id(), self.staged.len()));
-        let failed = |error: &io::Error| {
-            Exit::new(FAILED, format!("output {}: the file cannot be written: {error}", path.display()), "")
-        };
-        let mut file = File::create_new(&temporary).map_err(|error| failed(&error))?;
+        let file = File::create_new(&temporary).map_err(|error| unwritable(path, &error))?;
         self.staged.push((temporary, path.to_owned()));
-        file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| failed(&error))
+        Ok(file)
     }
 
     /// Puts every file in its place.
@@ -200,6 +203,10 @@ impl StagedFiles {
         }
         if self.standard.is_empty() { Ok(()) } else { print_bytes(&self.standard) }
     }
+}
+
+fn unwritable(path: &Path, error: &io::Error) -> Exit {
+    Exit::new(FAILED, format!("output {}: the file cannot be written: {error}", path.display()), "")
 }
 
 impl Drop for StagedFiles {

@@ -57,9 +57,26 @@ impl OntoPaths {
 
     /// Reads the files, and what is taught beside them.
     pub(super) fn read(&self, source: &Path, limits: &Limits) -> Result<(InputFiles, Knowledge), Exit> {
+        Ok((self.read_with(|| InputFile::read("source", source, limits), limits)?, self.knowledge(limits)?))
+    }
+
+    /// Reads all files but a source that is read otherwise.
+    pub(super) fn read_others(&self, source: &Path, limits: &Limits) -> Result<InputFiles, Exit> {
+        self.read_with(|| Ok(InputFile::made(source, Vec::new())), limits)
+    }
+
+    fn read_with(
+        &self,
+        source: impl FnOnce() -> Result<InputFile, Exit>,
+        limits: &Limits,
+    ) -> Result<InputFiles, Exit> {
         let config = (self.config.as_deref(), &self.preset);
-        let files = InputFiles::read((source, &self.target), &self.rests, config, limits)?;
-        Ok((files, self.rigs.read(limits)?))
+        InputFiles::read(source, &self.target, &self.rests, config, limits)
+    }
+
+    /// What is taught beside the files.
+    pub(super) fn knowledge(&self, limits: &Limits) -> Result<Knowledge, Exit> {
+        self.rigs.read(limits)
     }
 }
 
@@ -87,7 +104,8 @@ pub(super) struct InputFiles {
 
 impl InputFiles {
     pub(super) fn read(
-        (source, target): (&Path, &Path),
+        source: impl FnOnce() -> Result<InputFile, Exit>,
+        target: &Path,
         rests: &RestPaths,
         (config, preset): (Option<&Path>, &PresetChoice),
         limits: &Limits,
@@ -98,7 +116,7 @@ impl InputFiles {
         Ok(Self {
             merged: preset.under(config.as_ref(), limits)?,
             config,
-            source: InputFile::read("source", source, limits)?,
+            source: source()?,
             target: InputFile::read("target", target, limits)?,
             source_rest: optional("source_rest", rests.source_rest.as_deref())?,
             target_rest: optional("target_rest", rests.target_rest.as_deref())?,

@@ -20,6 +20,7 @@ mod inspect;
 mod joint_table;
 mod keys;
 mod limits;
+mod long_clip;
 mod manner;
 mod openapi;
 mod outputs;

@@ -1,6 +1,9 @@
 //! Results: which formats they are asked for in, where they go, and what is said about them.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fs::File,
+    path::{Path, PathBuf},
+};
 
 use crate::{
     engine::{self, NamedBytes, Outcome, PreviewOptions},
@@ -152,6 +155,33 @@ impl OutputArguments {
         tell_warnings(outcome);
         check_strict(self.destinations.strict, outcome)?;
         write_results(outcome, &self.output, &formats.of_each, self.destinations.report(), control)
+    }
+
+    /// A file for each result that is written while it is made, all of them put in their places at the end.
+    pub(super) fn stage(&self) -> Result<(StagedFiles, Vec<File>), Exit> {
+        if self.output.iter().any(|path| is_standard(path)) {
+            let message = "output -: a long clip is not written from its beginning to its end";
+            return Err(Exit::new(BAD_USAGE, message, "name a file"));
+        }
+        let mut staged = StagedFiles::default();
+        let files = self.output.iter().map(|path| staged.create(path)).collect::<Result<_, _>>()?;
+        Ok((staged, files))
+    }
+
+    /// As [`Self::finish`], of results that are written.
+    pub(super) fn finish_staged(
+        &self,
+        mut staged: StagedFiles,
+        outcome: &Outcome,
+        control: &Control,
+    ) -> Result<(), Exit> {
+        tell_warnings(outcome);
+        check_strict(self.destinations.strict, outcome)?;
+        if let Some(path) = self.destinations.report() {
+            staged.add(path, &report_file(outcome, path)?)?;
+        }
+        control.check().map_err(|canceled| Exit::from_failure(&canceled.into(), ""))?;
+        staged.commit()
     }
 
     /// Tells the verdict and what was written, and ends the command where the verdict is worse than is asked for.

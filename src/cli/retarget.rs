@@ -11,6 +11,7 @@ use super::{
     exit::Exit,
     inputs::OntoPaths,
     limits::LimitArguments,
+    long_clip::LongClip,
     outputs::OutputArguments,
     rows::Ended,
     verdict::Judged,
@@ -29,6 +30,10 @@ pub(super) struct Arguments {
     pub(super) batch: Option<PathBuf>,
     #[command(flatten)]
     onto: OntoPaths,
+    /// Work through the clip in sections of some minutes, so that memory does not grow with its length; from a GLB or BVH to a GLB or BVH.
+    /// Clips that are longer than the limits are worked through so without being asked for
+    #[arg(long, conflicts_with = "batch")]
+    sections: bool,
     #[command(flatten)]
     pub(super) outputs: OutputArguments,
     #[command(flatten)]
@@ -41,6 +46,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     let Some(source) = &arguments.source else { return Ok(()) };
     let formats = arguments.outputs.check(arguments.onto.paths_with(source))?;
     let limits = arguments.limits.limits;
+    if let Some(long) = LongClip::open(source, &limits, arguments.sections)? {
+        let others = arguments.onto.read_others(source, &limits)?;
+        if let Some(long) = long.with(&others, &formats, source)? {
+            return long.retarget(&others, &arguments.onto, (&arguments.outputs, &formats), &limits);
+        }
+    }
     let (files, knowledge) = arguments.onto.read(source, &limits)?;
 
     let control = Arc::new(Control::with_clock(monotonic_seconds));

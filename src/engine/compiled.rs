@@ -136,9 +136,13 @@ mod tests {
     use crate::{engine::NamedBytes, formats::FrameArraysMut, samples};
 
     fn compiled(config: &str) -> Result<Compiled, Failure> {
-        let (walk, mannequin) = (samples::walk_clip(), samples::mannequin());
+        compiled_for(&samples::walk_clip(), config)
+    }
+
+    fn compiled_for(walk: &[u8], config: &str) -> Result<Compiled, Failure> {
+        let mannequin = samples::mannequin();
         let inputs = Inputs {
-            source: NamedBytes { name: "walk.glb", bytes: &walk },
+            source: NamedBytes { name: "walk.glb", bytes: walk },
             target: NamedBytes { name: "mannequin.glb", bytes: &mannequin },
             source_rest: None,
             target_rest: None,
@@ -148,9 +152,8 @@ mod tests {
         Compiled::new(&inputs, &Knowledge::default(), &Limits::default(), &Control::new())
     }
 
-    #[test]
-    fn it_gives_what_a_retarget_of_files_gives() {
-        let compiled = compiled("{}").expect("it compiles");
+    /// The whole walk, moved.
+    fn walked(compiled: &Compiled) -> Clip {
         let scene = samples::walk_scene();
         let clip = &scene.clips[0];
         let count = clip.frame_count() * compiled.source().joint_count();
@@ -159,10 +162,35 @@ mod tests {
         let room = FrameArraysMut { translations: &mut translations, rotations: &mut rotations, scales: &mut scales };
         compiled.source().fill(clip, room);
         let arrays = FrameArrays { translations: Some(&translations), rotations: &rotations, scales: Some(&scales) };
-        let result = compiled.run(clip.times_seconds().to_vec(), &arrays, &Control::new()).expect("it runs");
+        compiled.run(clip.times_seconds().to_vec(), &arrays, &Control::new()).expect("it runs")
+    }
+
+    #[test]
+    fn it_gives_what_a_retarget_of_files_gives() {
+        let compiled = compiled("{}").expect("it compiles");
+        let result = walked(&compiled);
         assert_eq!(result.frame_count(), 121, "as long as the walk");
         assert_eq!(compiled.target().joint_count(), compiled.target().names().count());
         assert!(result.is_animated() && compiled.facts().driven_joints > 10, "the mannequin walks");
+    }
+
+    #[test]
+    fn what_was_compiled_for_a_short_clip_works_on_a_longer_one_to_its_end() {
+        let scene = samples::walk_scene();
+        let options = crate::formats::WriteOptions::new(Format::Glb);
+        let short = scene.clips[0].section(0..10);
+        let bare = Scene { clips: Vec::new(), ..scene };
+        let file = crate::formats::write(&bare, &short, &options, &Control::new(), &mut Reporter::new()).expect("a file");
+        let (of_short, of_whole) = (compiled_for(&file, "{}").expect("fits"), compiled("{}").expect("fits"));
+        let (of_short, of_whole) = (walked(&of_short), walked(&of_whole));
+        for (joint, (short, whole)) in of_short.joints().iter().zip(of_whole.joints()).enumerate() {
+            for frame in 0..of_whole.frame_count() {
+                let place = |tracks: &JointTracks| tracks.translation.at(frame, glam::Vec3::ZERO);
+                let turn = |tracks: &JointTracks| tracks.rotation.at(frame, glam::Quat::IDENTITY);
+                assert!(place(short).distance(place(whole)) < 1e-5, "joint {joint}, frame {frame}");
+                assert!(turn(short).dot(turn(whole)).abs() > 1.0 - 1e-6, "joint {joint}, frame {frame}");
+            }
+        }
     }
 
     #[test]

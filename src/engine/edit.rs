@@ -24,7 +24,7 @@ use super::{
     output_request::output_requests,
     outputs::{WrittenOutputs, write_outputs},
     pictures::Sights,
-    provenance::Provenance,
+    provenance::{Provenance, digest_of},
     strict::check_strict,
     swapped_inputs,
     task_context::TaskContext,
@@ -76,7 +76,7 @@ pub(super) fn edited(work: TaskContext<'_>, inputs: &EditInputs<'_>) -> Result<O
         &rig,
         &edited,
         (
-            &Provenance { source: inputs.source.bytes, resolved_spec: &resolved_spec },
+            &Provenance { source_sha256: digest_of(inputs.source.bytes), resolved_spec: &resolved_spec },
             &Sights { source: Some((&rig, clip)), measures: None, limits },
         ),
         control,

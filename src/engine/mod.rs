@@ -36,6 +36,7 @@ mod provenance;
 mod rest_file;
 mod retarget;
 mod retarget_run;
+mod sections;
 mod shown;
 mod strict;
 mod swapped_inputs;
@@ -82,6 +83,7 @@ pub use memory::Memory;
 pub use preview::{Preview, PreviewOptions, compare, has_figure, is_drawable, preview};
 pub use propose::{DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose};
 pub use rest_file::RestFileView;
+pub use sections::{SectionedInputs, SectionsView, about_whole_clip, retarget_in_sections};
 pub use strict::check_strict;
 pub use task::{EMPTY_CONFIG, Task, TaskKind, edit, is_empty_config, retarget, retarget_with, run, task_of};
 pub use transfer::{Transfer, transfer};
@@ -89,7 +91,10 @@ pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
-    formats::{Format, FormatInfo, FrameArrays, FrameArraysMut, JsonSize, Limits, PoseFrames, pack_files, sniff},
+    formats::{
+        Format, FormatInfo, FrameArrays, FrameArraysMut, JsonSize, Limits, PoseFrames, ReadSeek, SectionWriter, Sectioned,
+        SectionedFile, WriteSeek, open_in_sections, pack_files, sniff,
+    },
     model::{Control, Phase, Progress, no_json},
     picture::{Background, CameraKind, Follow, Layout, PictureFormat, Sheet, SheetSize, SheetWord, Sight, Style, View},
     retarget::spec_schema,
@@ -233,6 +238,10 @@ pub struct Report {
     pub characters: Vec<CharacterView>,
     /// How well the target's rest pose was turned to look like the source's, by joint, parents before children.
     pub alignment: Vec<AlignmentView>,
+    /// How a clip was worked through that is too long to be held; absent where it was held. `contacts` and the curves of `measures` are then
+    /// left out, and a measure is that of the section in which it is worst.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sections: Option<SectionsView>,
     /// How many keys outputs have that were asked to hold only what is needed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub keys: Vec<KeysView>,

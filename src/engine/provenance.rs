@@ -7,8 +7,8 @@ use crate::model::{Clip, Skeleton};
 
 /// What an output is made of.
 pub(super) struct Provenance<'a> {
-    /// The file with the animation, as it came.
-    pub(super) source: &'a [u8],
+    /// The digest of the file with the animation.
+    pub(super) source_sha256: String,
     /// The spec with everything filled in.
     pub(super) resolved_spec: &'a Value,
 }
@@ -19,9 +19,9 @@ impl Provenance<'_> {
         let mut extras = json!({
             "engine": engine(),
             "source_clip": clip.name(),
-            "source_sha256": digest(self.source),
+            "source_sha256": self.source_sha256,
             "spec_version": self.resolved_spec.get("version").cloned().unwrap_or_default(),
-            "spec_sha256": digest(self.resolved_spec.to_string().as_bytes()),
+            "spec_sha256": digest_of(self.resolved_spec.to_string().as_bytes()),
         });
         let contacts: Vec<Value> = clip
             .contacts()
@@ -45,8 +45,14 @@ pub(super) fn engine() -> Value {
     json!({ "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") })
 }
 
-fn digest(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+/// The SHA-256 of bytes.
+pub(super) fn digest_of(bytes: &[u8]) -> String {
+    digest(Sha256::new_with_prefix(bytes))
+}
+
+/// The SHA-256 of all that a hasher was given.
+pub(super) fn digest(hasher: Sha256) -> String {
+    hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// First and last frame of every run of frames in which something is so.
@@ -69,6 +75,6 @@ mod tests {
     fn runs_of_frames_are_told_by_their_ends() {
         let spans = spans(&[true, true, false, true, false, false, true, true, true]);
         assert_eq!(spans, [[0, 1], [3, 3], [6, 8]], "first and last");
-        assert_eq!(digest(b"abc").get(..8), Some("ba7816bf"), "SHA-256 as FIPS 180 gives it");
+        assert_eq!(digest_of(b"abc").get(..8), Some("ba7816bf"), "SHA-256 as FIPS 180 gives it");
     }
 }

@@ -47,6 +47,7 @@ mod numpy;
 mod pose_frames;
 mod poses;
 mod positions_csv;
+mod sections;
 mod sniff;
 mod space;
 mod written;
@@ -64,6 +65,7 @@ pub use humanoid::Humanoid;
 pub use json_size::JsonSize;
 pub use named_arrays::{Elements, NamedArray, Numbers, read_numbers, write_arrays};
 pub use pose_frames::{FrameArrays, FrameArraysMut, PoseFrames};
+pub use sections::{ClipTimes, ReadSeek, SectionWriter, Sectioned, SectionedFile, WriteSeek, open_in_sections};
 pub use sniff::{DRAWING_FILES, is_picture, sniff};
 
 use glam::{Quat, Vec3};

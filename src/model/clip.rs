@@ -1,6 +1,6 @@
 //! An animation: key times, and the tracks of every joint at them.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use glam::{Quat, Vec3};
 use rayon::prelude::*;
@@ -219,6 +219,52 @@ impl Clip {
             scale: tracks.scale.at(frame, joint.rest.scale.as_vec3()).as_dvec3(),
         };
         LocalPose::new(self.joints.iter().zip(skeleton.joints()).map(local).collect())
+    }
+
+    /// Some of its frames, at the times that they have; which keys are needed is not known of them.
+    ///
+    /// # Panics
+    /// When there is no such frame, or none at all.
+    #[must_use]
+    pub fn section(&self, frames: Range<usize>) -> Self {
+        assert!(!frames.is_empty(), "a clip has at least one frame");
+        let joint = |tracks: &JointTracks| JointTracks {
+            translation: tracks.translation.section(frames.clone()),
+            rotation: tracks.rotation.section(frames.clone()),
+            scale: tracks.scale.section(frames.clone()),
+        };
+        let contact = |contacts: &JointContacts| JointContacts {
+            joint: contacts.joint,
+            touches: contacts.touches[frames.clone()].to_vec(),
+        };
+        let morph =
+            |track: &MorphTrack| MorphTrack { morph: track.morph, weights: track.weights.section(frames.clone()) };
+        Self {
+            name: self.name.clone(),
+            times_seconds: self.times_seconds[frames.clone()].to_vec(),
+            joints: self.joints.iter().map(joint).collect(),
+            contacts: self.contacts.iter().map(contact).collect(),
+            morphs: self.morphs.iter().map(morph).collect(),
+            sparse_keys: None,
+        }
+    }
+
+    /// The same clip with a value for every frame of each track that is animated.
+    #[must_use]
+    pub fn sampled(self) -> Self {
+        let frames = self.frame_count();
+        let joint = |tracks: JointTracks| JointTracks {
+            translation: tracks.translation.sampled(frames),
+            rotation: tracks.rotation.sampled(frames),
+            scale: tracks.scale.sampled(frames),
+        };
+        let morph = |track: MorphTrack| MorphTrack { weights: track.weights.sampled(frames), ..track };
+        Self {
+            joints: self.joints.into_iter().map(joint).collect(),
+            morphs: self.morphs.into_iter().map(morph).collect(),
+            sparse_keys: None,
+            ..self
+        }
     }
 
     /// Takes the clip apart: name, key times, tracks of joints. Contacts, morphs and the keys that are needed are left behind.

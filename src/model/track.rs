@@ -1,5 +1,7 @@
 //! The values of one channel over the frames of a clip.
 
+use std::ops::Range;
+
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 /// One channel of one joint: a translation, a rotation or a scale.
@@ -50,6 +52,28 @@ impl<T: Copy> Track<T> {
         match self {
             Self::Sampled(values) => Some(values.len()),
             Self::Rest | Self::Constant(_) => None,
+        }
+    }
+
+    /// The track of some of the frames.
+    ///
+    /// # Panics
+    /// When a frame is past the end of a sampled track.
+    #[must_use]
+    pub fn section(&self, frames: Range<usize>) -> Self {
+        match self {
+            Self::Rest => Self::Rest,
+            Self::Constant(value) => Self::Constant(*value),
+            Self::Sampled(values) => Self::Sampled(values[frames].to_vec()),
+        }
+    }
+
+    /// Makes a constant track into a sampled one.
+    #[must_use]
+    pub fn sampled(self, frames: usize) -> Self {
+        match self {
+            Self::Constant(value) => Self::Sampled(vec![value; frames]),
+            other => other,
         }
     }
 

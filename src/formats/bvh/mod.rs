@@ -9,11 +9,13 @@ mod bones;
 mod hierarchy;
 mod motion;
 mod scanner;
+mod sections;
 mod text;
 mod tracks;
 mod write;
 
-pub(super) use write::write;
+pub(super) use sections::open_in_sections;
+pub(super) use write::{BvhSectionWriter, write};
 
 use crate::{
     formats::{Budget, FormatError},

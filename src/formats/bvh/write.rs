@@ -20,6 +20,7 @@ use crate::{
     formats::{
         ErrorKind, FormatError, Limit, Limits, WriteOptions,
         euler::{EulerOrder, EulerTrack, OrderChoice, report_orders},
+        sections::{ClipTimes, WriteSeek, unwritable},
     },
     model::{Canceled, Clip, Control, LocalPose, ModelPose, Reporter, Scene, Skeleton, Track, Transform},
 };
@@ -58,38 +59,124 @@ pub(in crate::formats) fn write(
     let rest = skeleton.rest_pose().to_model(skeleton);
     let bones = bones(skeleton, clip, &rest, reporter);
     report_losses(skeleton, clip, &bones, &rest, reporter);
-    let decimals = length_decimals(&bones, &rest);
-
     let frames = Frames { clip, skeleton, timing: &timing, rest: &rest };
     let orders = match options.rotation_order {
         Some(order) => vec![order; bones.len()],
         None => orders(&frames, &bones, control, reporter)?,
     };
+    let mut rows = Rows::new(bones, &orders, rest);
+    let mut out = rows.head(&orders, timing.frames, timing.step_seconds);
+    let frames = Frames { clip, skeleton, timing: &timing, rest: &rows.rest.clone() };
+    frames.each(control, |local, model| rows.push(&mut out, skeleton, local, model))?;
+    Ok(out)
+}
 
-    let mut out = Vec::new();
-    write_hierarchy(&mut out, &bones, &orders, decimals);
-    out.extend_from_slice(
-        format!("MOTION\nFrames: {}\nFrame Time: {}\n", timing.frames, timing.step_seconds).as_bytes(),
-    );
-    let mut tracks: Vec<EulerTrack> = orders.iter().map(|order| EulerTrack::new(*order)).collect();
-    frames.each(control, |local, model| {
-        for (bone, track) in bones.iter().zip(&mut tracks) {
+/// The rows of a file, each of which depends on the one before it: angles go the short way.
+#[derive(Debug)]
+struct Rows {
+    bones: Vec<Bone>,
+    tracks: Vec<EulerTrack>,
+    rest: ModelPose,
+    decimals: usize,
+}
+
+impl Rows {
+    fn new(bones: Vec<Bone>, orders: &[EulerOrder], rest: ModelPose) -> Self {
+        let decimals = length_decimals(&bones, &rest);
+        Self { bones, tracks: orders.iter().map(|order| EulerTrack::new(*order)).collect(), rest, decimals }
+    }
+
+    /// What comes before the first row.
+    fn head(&self, orders: &[EulerOrder], frames: usize, step_seconds: f64) -> Vec<u8> {
+        let mut out = Vec::new();
+        write_hierarchy(&mut out, &self.bones, orders, self.decimals);
+        out.extend_from_slice(format!("MOTION\nFrames: {frames}\nFrame Time: {step_seconds}\n").as_bytes());
+        out
+    }
+
+    fn push(&mut self, out: &mut Vec<u8>, skeleton: &Skeleton, local: &LocalPose, model: &ModelPose) {
+        let Self { bones, tracks, rest, decimals } = self;
+        for (bone, track) in bones.iter().zip(tracks) {
             if bone.has_position {
-                let position = position(skeleton, bone, &rest, local, model);
+                let position = position(skeleton, bone, rest, local, model);
                 for axis in 0..3 {
-                    push_number(&mut out, position[axis], decimals);
+                    push_number(out, position[axis], *decimals);
                     out.push(b' ');
                 }
             }
-            for angle in track.next(rotation(bone, &rest, local, model)) {
-                push_number(&mut out, angle.to_degrees(), ANGLE_DECIMALS);
+            for angle in track.next(rotation(bone, rest, local, model)) {
+                push_number(out, angle.to_degrees(), ANGLE_DECIMALS);
                 out.push(b' ');
             }
         }
         out.pop();
         out.push(b'\n');
-    })?;
-    Ok(out)
+    }
+}
+
+/// A BVH that grows by the rows of one section of a clip after the other.
+#[derive(Debug)]
+pub(in crate::formats) struct BvhSectionWriter(Rows);
+
+impl BvhSectionWriter {
+    /// Writes everything before the rows. The order of rotations of each joint is what suits the first section.
+    ///
+    /// # Errors
+    /// When the work is canceled, or the file cannot be written.
+    pub(in crate::formats) fn begin(
+        (target, clip): (&Scene, &Clip),
+        times: &ClipTimes,
+        rotation_order: Option<EulerOrder>,
+        sink: &mut dyn WriteSeek,
+        control: &Control,
+        reporter: &mut Reporter,
+    ) -> Result<Self, FormatError> {
+        let ClipTimes::Even { step_seconds, frames: all_frames, .. } = *times else {
+            let detail = "the frames of the clip are not evenly spaced, as a BVH needs";
+            let hint = "ask for a GLB, or resample the clip before";
+            return Err(FormatError::unsupported("write", "MOTION", detail, hint));
+        };
+        let skeleton = &target.skeleton;
+        let timing = Timing { frames: clip.frame_count(), step_seconds, is_resampled: false };
+        let rest = skeleton.rest_pose().to_model(skeleton);
+        let mut bones = bones(skeleton, clip, &rest, reporter);
+        // What is still in the first section may move in another one.
+        for bone in &mut bones {
+            bone.has_position |= clip.joints()[bone.joint].translation.is_animated();
+        }
+        report_losses(skeleton, clip, &bones, &rest, reporter);
+        let orders = match rotation_order {
+            Some(order) => vec![order; bones.len()],
+            None => {
+                orders(&Frames { clip, skeleton, timing: &timing, rest: &rest }, &bones, control, reporter)?
+            }
+        };
+        let rows = Rows::new(bones, &orders, rest);
+        sink.write_all(&rows.head(&orders, all_frames, step_seconds)).map_err(unwritable)?;
+        Ok(Self(rows))
+    }
+
+    /// Writes the rows of a section's frames.
+    ///
+    /// # Errors
+    /// When the work is canceled, or the file cannot be written.
+    pub(in crate::formats) fn add(
+        &mut self,
+        (target, clip): (&Scene, &Clip),
+        sink: &mut dyn WriteSeek,
+        control: &Control,
+    ) -> Result<(), FormatError> {
+        let skeleton = &target.skeleton;
+        let mut out = Vec::new();
+        for frame in 0..clip.frame_count() {
+            if frame % FRAMES_PER_CHECK == 0 {
+                control.check()?;
+            }
+            let local = clip.local_pose(skeleton, frame);
+            self.0.push(&mut out, skeleton, &local, &local.to_model(skeleton));
+        }
+        sink.write_all(&out).map_err(unwritable)
+    }
 }
 
 /// The frames that are written.

@@ -16,7 +16,7 @@ pub(super) const HEADER_BYTES: usize = 12;
 /// Bytes of a chunk's header.
 pub(super) const CHUNK_HEADER_BYTES: usize = 8;
 /// The first four bytes of a GLB.
-pub(super) const MAGIC: [u8; 4] = *b"glTF";
+pub(in crate::formats) const MAGIC: [u8; 4] = *b"glTF";
 /// The version of the container and of the document that we read and write.
 pub(super) const VERSION: u32 = 2;
 /// Type of the chunk with the document.

@@ -10,6 +10,7 @@
 //! | `json` | is this text safe to parse; what stands at this place of it |
 //! | `document` | the parsed file: JSON, buffers, buffer views |
 //! | `read` | accessors, nodes, skins, humanoid maps, animations to a scene |
+//! | `sections` | a long file, some frames at a time |
 //! | `write` | a scene and a clip to a file |
 //!
 //! Must never know: rigs, roles beyond their names in the file, the algorithm, the file system, the network.
@@ -18,13 +19,16 @@ mod container;
 mod document;
 mod json;
 mod read;
+mod sections;
 #[cfg(test)]
 mod tests;
 mod write;
 
+pub(super) use container::MAGIC;
 pub(super) use json::parse as parse_json;
 pub(super) use read::{appearance, morph_meshes, read};
-pub(super) use write::{contain, write, write_display};
+pub(super) use sections::open_in_sections;
+pub(super) use write::{FRAMES_OF_DOCUMENT, GlbSectionWriter, contain, write, write_display};
 
 /// Both names of the mesh compression extension; they share one layout.
 const MESHOPT_EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];

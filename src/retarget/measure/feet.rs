@@ -26,7 +26,7 @@ use crate::rig::{Rig, Role, floors};
 /// ankles at a third of their legs.
 const MAX_SOLE: f64 = 0.5;
 /// Contacts that are told of; of more, those that slide most.
-const MAX_CONTACTS: usize = 200;
+pub(super) const MAX_CONTACTS: usize = 200;
 const CENTIMETERS: f64 = 100.0;
 
 /// One contact of the source, and what the target does in it.

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Places that are told of each metric.
-const MAX_WORST: usize = 5;
+pub(super) const MAX_WORST: usize = 5;
 /// A value of zero where none is allowed counts as this in the score's divisor.
 const MIN_FAILURE: f64 = 1.0;
 

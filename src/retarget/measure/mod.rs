@@ -22,6 +22,7 @@ mod metric;
 mod motion;
 mod pops;
 mod rest;
+mod sections;
 mod skin;
 mod slide;
 mod smoothness;

@@ -167,6 +167,15 @@ impl Op {
         self.spec().changes_poses() && self.scope().is_some_and(|scope| scope.enabled)
     }
 
+    /// Whether what it does in a frame depends on frames far away from it, or on times of the whole clip. What looks some seconds around
+    /// itself does not.
+    #[must_use]
+    pub fn looks_at_whole_clip(&self) -> bool {
+        let spec = self.spec();
+        let is_scoped = self.scope().is_some_and(|scope| scope.frames.is_some());
+        spec.looks_at_whole_clip() || is_scoped || spec.alpha().constant().is_none()
+    }
+
     /// See [`OpSpec::check`].
     pub(in crate::retarget) fn check(&self, refuse: &mut dyn FnMut(&str, String)) {
         self.spec().check(refuse);

@@ -17,6 +17,11 @@ pub(in crate::retarget) trait OpSpec {
         true
     }
 
+    /// Whether what it does in a frame depends on frames far away from it, or on times of the whole clip; its scope aside.
+    fn looks_at_whole_clip(&self) -> bool {
+        false
+    }
+
     /// Calls `refuse` with each field that is out of range, and why; ranges of the schema are checked already.
     fn check(&self, _refuse: &mut dyn FnMut(&str, String)) {}
 

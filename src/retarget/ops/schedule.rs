@@ -55,7 +55,8 @@ pub(in crate::retarget) fn schedule(
     fields: &mut Vec<SpecField>,
 ) -> Schedule {
     let last = clip.frame_count() - 1;
-    let frames = frames.unwrap_or([0, last]);
+    // What is compiled for one clip works on longer ones too.
+    let frames = frames.unwrap_or([0, usize::MAX]);
     if frames[0] > frames[1] || frames[0] > last {
         let detail = format!("frames {} to {} are none of the clip's 0 to {last}", frames[0], frames[1]);
         fields.push(SpecField::new(SpecErrorKind::InvalidValue, format!("{pointer}/frames"), detail));

@@ -11,6 +11,7 @@ mod output;
 mod parse;
 mod report;
 mod tune;
+mod whole_clip;
 
 pub use edit::{
     ComponentAxis, CycleRange, EditSpec, FractionRange, FrameRange, HoldSpec, InterpolationSpec, LoopRoot, LoopSpec,

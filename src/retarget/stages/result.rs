@@ -52,6 +52,23 @@ pub struct LimbReach {
     pub worst_frame: usize,
 }
 
+impl LimbReach {
+    /// Of two sections of a clip, the other of which begins so late; how many frames each has.
+    #[must_use]
+    pub fn with_section(self, other: &Self, first_frame: usize, [frames, others]: [usize; 2]) -> Self {
+        let (own_share, other_share) = (frames as f64, others as f64);
+        let sum = self.residual_mean_meters * own_share + other.residual_mean_meters * other_share;
+        let is_worse = other.residual_max_meters > self.residual_max_meters;
+        Self {
+            residual_max_meters: self.residual_max_meters.max(other.residual_max_meters),
+            residual_mean_meters: sum / (own_share + other_share).max(1.0),
+            frames_out_of_reach: self.frames_out_of_reach + other.frames_out_of_reach,
+            worst_frame: if is_worse { first_frame + other.worst_frame } else { self.worst_frame },
+            limb: self.limb,
+        }
+    }
+}
+
 /// More than this counts as out of reach.
 const OUT_OF_REACH_METERS: f64 = 1e-3;
 

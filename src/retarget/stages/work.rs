@@ -45,6 +45,20 @@ pub struct LimitedJoint {
     pub worst_frame: usize,
 }
 
+impl LimitedJoint {
+    /// The same, with what was taken back at the joint in a section that begins so late in the clip.
+    #[must_use]
+    pub fn with_section(self, other: Self, first_frame: usize) -> Self {
+        let is_worse = other.worst_degrees > self.worst_degrees;
+        Self {
+            joint: self.joint,
+            frames: self.frames + other.frames,
+            worst_degrees: self.worst_degrees.max(other.worst_degrees),
+            worst_frame: if is_worse { first_frame + other.worst_frame } else { self.worst_frame },
+        }
+    }
+}
+
 /// Where the end of a limb should be, in plan space.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::retarget) struct Goal {

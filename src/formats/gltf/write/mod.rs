@@ -8,6 +8,7 @@ mod images;
 mod meshes;
 mod pack;
 mod schema;
+mod sections;
 mod skeleton;
 mod skins;
 mod streams;
@@ -15,6 +16,7 @@ mod vrma;
 
 pub(in crate::formats) use display::write_display;
 pub(in crate::formats) use pack::contain;
+pub(in crate::formats) use sections::{FRAMES_OF_DOCUMENT, GlbSectionWriter};
 
 use std::{borrow::Cow, collections::BTreeMap};
 

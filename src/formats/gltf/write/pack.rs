@@ -118,13 +118,13 @@ fn to_text(json: &Map<String, Value>) -> Result<Vec<u8>, FormatError> {
         .map_err(|error| FormatError::malformed("write", "", format!("the document cannot be written: {error}")))
 }
 
-fn word(length: usize) -> Result<[u8; 4], FormatError> {
+pub(super) fn word(length: usize) -> Result<[u8; 4], FormatError> {
     u32::try_from(length).map(u32::to_le_bytes).map_err(|_| {
         FormatError::unsupported(
             "write",
             "",
             format!("the output has {length} bytes, and a GLB cannot be larger than 4 GiB"),
-            "split the clip",
+            "split the clip, or ask for a BVH",
         )
     })
 }

@@ -303,6 +303,11 @@ impl OpSpec for ContactsOp {
         false
     }
 
+    fn looks_at_whole_clip(&self) -> bool {
+        let by_time = [&self.set, &self.add, &self.remove];
+        !self.curves.is_empty() || by_time.iter().any(|points| !points.is_empty())
+    }
+
     fn check_names(&self, context: &mut Context<'_>) {
         let known: Vec<&str> = Limb::all().flat_map(Limb::contact_points).filter(|point| !point.is_empty()).collect();
         let times = [("set", &self.set), ("add", &self.add), ("remove", &self.remove)];

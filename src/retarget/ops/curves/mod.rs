@@ -38,6 +38,10 @@ impl OpSpec for CurvesOp {
         false
     }
 
+    fn looks_at_whole_clip(&self) -> bool {
+        true
+    }
+
     fn resolve(&self, context: &mut Context<'_>) {
         let schedule = context.schedule(&self.scope);
         let Context { index, source, clip, .. } = *context;

@@ -27,6 +27,10 @@ impl OpSpec for FkOp {
         &self.alpha
     }
 
+    fn looks_at_whole_clip(&self) -> bool {
+        self.frames.is_some()
+    }
+
     fn resolve(&self, context: &mut Context<'_>) {
         let schedule = context.fade(&self.alpha, self.frames);
         let edits = edits::resolve(self, context.chains, context.limbs);

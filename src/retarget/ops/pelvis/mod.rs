@@ -25,6 +25,10 @@ impl OpSpec for PelvisOp {
         &self.alpha
     }
 
+    fn looks_at_whole_clip(&self) -> bool {
+        self.frames.is_some()
+    }
+
     fn check(&self, refuse: &mut dyn FnMut(&str, String)) {
         let scale = if let PelvisScale::Value(value) = self.scale { value } else { 1.0 };
         let named =

@@ -273,6 +273,10 @@ impl OpSpec for RootMotionOp {
         Some(&self.scope)
     }
 
+    fn looks_at_whole_clip(&self) -> bool {
+        true
+    }
+
     fn resolve(&self, context: &mut Context<'_>) {
         if let Some(motion) = resolve::resolve(self, context) {
             context.push(&self.scope, motion);

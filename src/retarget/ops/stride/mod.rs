@@ -239,6 +239,10 @@ impl OpSpec for StrideOp {
         Some(&self.scope)
     }
 
+    fn looks_at_whole_clip(&self) -> bool {
+        true
+    }
+
     fn resolve(&self, context: &mut Context<'_>) {
         context.push_on_limbs(&self.scope, Limbs::Legs, self.clone());
     }

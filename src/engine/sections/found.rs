@@ -1,0 +1,53 @@
+//! What is found out section by section, put together.
+
+use crate::retarget::{LimbReach, LimitedJoint, Measures};
+
+use super::Section;
+
+/// What was found so far.
+#[derive(Default)]
+pub(super) struct Found {
+    pub(super) measures: Option<Measures>,
+    pub(super) reaches: Vec<LimbReach>,
+    pub(super) limited: Vec<LimitedJoint>,
+    /// Frames that were worked on.
+    frames: usize,
+    /// Frames of the clip so far.
+    clip_frames: usize,
+}
+
+impl Found {
+    /// Adds what was found of a section and of what lies around it, which begins so late in the clip.
+    pub(super) fn add(
+        &mut self,
+        section: &Section,
+        begins_seconds: f64,
+        measures: Option<Measures>,
+        (reaches, limited): (Vec<LimbReach>, Vec<LimitedJoint>),
+    ) {
+        let (first, frames) = (section.read.start, section.read.len());
+        self.clip_frames = section.own.end;
+        self.measures = match (self.measures.take(), measures.map(|measures| measures.shifted(first, begins_seconds))) {
+            (Some(before), Some(measures)) => Some(before.with_section(measures)),
+            (before, measures) => before.or(measures),
+        };
+        if let Some(measures) = &mut self.measures {
+            // Those around sections are looked at twice.
+            measures.frames_measured = measures.frames_measured.min(self.clip_frames);
+            measures.curves.clear();
+        }
+        for reach in reaches {
+            match self.reaches.iter_mut().find(|known| known.limb == reach.limb) {
+                Some(known) => *known = known.clone().with_section(&reach, first, [self.frames, frames]),
+                None => self.reaches.push(reach),
+            }
+        }
+        for joint in limited {
+            match self.limited.iter_mut().find(|known| known.joint == joint.joint) {
+                Some(known) => *known = known.with_section(joint, first),
+                None => self.limited.push(LimitedJoint { worst_frame: joint.worst_frame + first, ..joint }),
+            }
+        }
+        self.frames += frames;
+    }
+}
