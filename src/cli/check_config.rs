@@ -51,7 +51,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Exit> {
     };
     let config = (Some(arguments.config.as_path()), &arguments.preset);
     let knowledge = arguments.rigs.read(&limits)?;
-    let files = InputFiles::read(|| InputFile::read("source", source, &limits), target, &arguments.rests, config, &limits)?;
+    let files =
+        InputFiles::read(|| InputFile::read("source", source, &limits), target, &arguments.rests, config, &limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
     let proposal =

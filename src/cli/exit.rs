@@ -42,7 +42,8 @@ impl Exit {
 
     /// A failure of the engine; `subject` names the input that it is about, as the user gave it.
     pub(super) fn from_failure(failure: &Failure, subject: &str) -> Self {
-        let message = if subject.is_empty() { failure.to_string() } else { format!("{subject}: {failure}") };
+        let is_about_nothing = subject.is_empty() || failure.code == FailureCode::Canceled;
+        let message = if is_about_nothing { failure.to_string() } else { format!("{subject}: {failure}") };
         let details = failure.errors.iter().map(|error| {
             let pointer = if error.pointer.is_empty() { &*error.code } else { &error.pointer };
             let suggestion = match error.did_you_mean.as_slice() {

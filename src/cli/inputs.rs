@@ -65,11 +65,7 @@ impl OntoPaths {
         self.read_with(|| Ok(InputFile::made(source, Vec::new())), limits)
     }
 
-    fn read_with(
-        &self,
-        source: impl FnOnce() -> Result<InputFile, Exit>,
-        limits: &Limits,
-    ) -> Result<InputFiles, Exit> {
+    fn read_with(&self, source: impl FnOnce() -> Result<InputFile, Exit>, limits: &Limits) -> Result<InputFiles, Exit> {
         let config = (self.config.as_deref(), &self.preset);
         InputFiles::read(source, &self.target, &self.rests, config, limits)
     }

@@ -56,6 +56,7 @@ impl LongClip {
         let reader: Box<dyn ReadSeek> = Box::new(BufReader::new(file));
         let file = match engine::open_in_sections(reader, limits, &Control::new()) {
             Ok(Sectioned::File(file)) => file,
+            Ok(Sectioned::WholeOnly(_)) if !is_asked_for && !is_large => return Ok(None),
             Ok(Sectioned::WholeOnly(reason)) => return otherwise(reason, source, is_asked_for),
             Err(error) if is_asked_for => {
                 let subject = format!("source {}", source.display());

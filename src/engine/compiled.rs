@@ -133,7 +133,12 @@ fn no_poses(error: ClipError) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{engine::NamedBytes, formats::FrameArraysMut, samples};
+    use crate::{
+        engine::NamedBytes,
+        formats::{self, Format, FrameArraysMut, WriteOptions},
+        model::Scene,
+        samples,
+    };
 
     fn compiled(config: &str) -> Result<Compiled, Failure> {
         compiled_for(&samples::walk_clip(), config)
@@ -177,10 +182,10 @@ mod tests {
     #[test]
     fn what_was_compiled_for_a_short_clip_works_on_a_longer_one_to_its_end() {
         let scene = samples::walk_scene();
-        let options = crate::formats::WriteOptions::new(Format::Glb);
+        let options = WriteOptions::new(Format::Glb);
         let short = scene.clips[0].section(0..10);
         let bare = Scene { clips: Vec::new(), ..scene };
-        let file = crate::formats::write(&bare, &short, &options, &Control::new(), &mut Reporter::new()).expect("a file");
+        let file = formats::write(&bare, &short, &options, &Control::new(), &mut Reporter::new()).expect("a file");
         let (of_short, of_whole) = (compiled_for(&file, "{}").expect("fits"), compiled("{}").expect("fits"));
         let (of_short, of_whole) = (walked(&of_short), walked(&of_whole));
         for (joint, (short, whole)) in of_short.joints().iter().zip(of_whole.joints()).enumerate() {

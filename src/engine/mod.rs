@@ -92,8 +92,8 @@ pub use tune::{TunedParameter, Tuning};
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
     formats::{
-        Format, FormatInfo, FrameArrays, FrameArraysMut, JsonSize, Limits, PoseFrames, ReadSeek, SectionWriter, Sectioned,
-        SectionedFile, WriteSeek, open_in_sections, pack_files, sniff,
+        Format, FormatInfo, FrameArrays, FrameArraysMut, JsonSize, Limits, PoseFrames, ReadSeek, SectionWriter,
+        Sectioned, SectionedFile, WriteSeek, open_in_sections, pack_files, sniff,
     },
     model::{Control, Phase, Progress, no_json},
     picture::{Background, CameraKind, Follow, Layout, PictureFormat, Sheet, SheetSize, SheetWord, Sight, Style, View},

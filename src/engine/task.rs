@@ -24,6 +24,13 @@ pub fn is_empty_config(config: NamedBytes<'_>) -> bool {
     config.bytes.trim_ascii().is_empty()
 }
 
+pub(super) fn warn_of_empty_config(config: Option<NamedBytes<'_>>, reporter: &mut Reporter) {
+    if config.is_some_and(is_empty_config) {
+        let (detail, hint) = EMPTY_CONFIG;
+        reporter.warn("empty_config", "", detail, hint);
+    }
+}
+
 /// What is to be made, and of what.
 #[derive(Clone, Copy, Debug)]
 pub enum Task<'a> {
@@ -155,10 +162,7 @@ fn perform<'a>(
         }
     }
     let mut reporter = Reporter::new();
-    if config.is_some_and(is_empty_config) {
-        let (detail, hint) = EMPTY_CONFIG;
-        reporter.warn("empty_config", "", detail, hint);
-    }
+    warn_of_empty_config(config, &mut reporter);
     let work = TaskContext { spec, knowledge, limits, control, begin, reporter };
     match task {
         Task::Retarget(inputs) => retargeted(work, &inputs),

@@ -35,6 +35,7 @@ mod http;
 mod joint_table;
 mod judges;
 mod load;
+mod long_clips;
 mod mistakes;
 mod morphs;
 mod npz;

@@ -2,7 +2,7 @@
 
 use crate::retarget::{LimbReach, LimitedJoint, Measures};
 
-use super::Section;
+use super::layout::Section;
 
 /// What was found so far.
 #[derive(Default)]

@@ -6,14 +6,15 @@
 mod found;
 mod layout;
 mod seam;
+mod work;
 
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use crate::{
-    formats::{self, Budget, ClipTimes, Format, FormatError, Limits, SectionWriter, SectionedFile, WriteOptions, WriteSeek},
+    formats::{ClipTimes, Format, Limits, SectionWriter, SectionedFile, WriteOptions, WriteSeek},
     model::{Clip, Control, Phase, Reporter},
-    retarget::{Mapping, ReportDetail, RetargetSpec, Stack, StackResult, Task, measure, resolve},
+    retarget::{RetargetSpec, Stack, Task, resolve},
     rig::Rig,
 };
 
@@ -23,15 +24,15 @@ use super::{
     facts::joint_count,
     files::{Files, RigPair, in_config, read_spec},
     limited::limited_view,
-    morphs::with_morphs,
     output_request::{OutputRequest, output_requests},
     provenance::{Provenance, digest},
     retarget_run::run_failure,
     strict::check_strict,
+    task::warn_of_empty_config,
 };
 use found::Found;
-use layout::{Layout, Section};
-use seam::Tail;
+use layout::Layout;
+use work::Work;
 
 /// Bytes of the source that are digested at once.
 const BYTES_AT_ONCE: usize = 1 << 18;
@@ -82,22 +83,14 @@ pub fn retarget_in_sections(
     let SectionedInputs { source, others, sinks } = inputs;
     let begin = control.seconds();
     control.enter(Phase::Read, 0);
-    let spec = read_spec(others.config)?;
-    if let Some(pointer) = about_whole_clip(others.config)? {
-        let detail = format!("{pointer} of the config is about the whole clip, which is worked through in sections");
-        let failure = Failure::new(FailureCode::InvalidValue, detail).in_part("config");
-        return Err(failure.with_hint("leave it out, or cut the clip into shorter ones before"));
-    }
+    let mut reporter = Reporter::new();
+    let spec = spec_for_sections(others.config, &mut reporter)?;
     let formats: Vec<Format> = sinks.iter().map(|(format, _)| *format).collect();
     let wanted = output_requests(&spec, &formats)?;
     let source_sha256 = digest_of(source, control)?;
     let times = source.times().clone();
     let layout = Layout::new(&times);
-    let mut reporter = Reporter::new();
-    if source.has_contacts() {
-        let detail = "the source says when feet touch the floor; in sections they are looked for instead";
-        reporter.warn("contacts_left_out", "source", detail, "cut the clip into shorter ones to have them used");
-    }
+    warn_of_contacts(source, &mut reporter);
     let head = source.section(layout.sections[0].read.clone(), control)?;
     let named = NamedBytes { name: others.source.name, bytes: &head };
     let files = Files::load(&Inputs { source: named, ..others }, false, knowledge, (limits, control), &mut reporter)?;
@@ -135,7 +128,6 @@ pub fn retarget_in_sections(
     }
     control.check()?;
     writers.into_iter().try_for_each(SectionWriter::finish)?;
-    let longest = layout.sections.iter().map(|section| section.own.len()).max().unwrap_or(0);
     let report = Report {
         timings: Timings { total_seconds: control.seconds() - begin, ..timings },
         counts: Counts {
@@ -149,11 +141,7 @@ pub fn retarget_in_sections(
             source: RigFacts::of(&source_rig, files.source.format),
             target: RigFacts::of(&target, files.target.format),
         },
-        sections: Some(SectionsView {
-            count: layout.sections.len(),
-            frames: longest,
-            fade_frames: if layout.sections.len() > 1 { layout.fade_frames } else { 0 },
-        }),
+        sections: Some(layout.view()),
         reaches: found.reaches,
         limited: limited_view(&found.limited, target.skeleton()),
         alignment: view(&resolved.alignment, target.skeleton()),
@@ -163,104 +151,19 @@ pub fn retarget_in_sections(
     Ok(Outcome { outputs: Vec::new(), report, resolved_spec })
 }
 
-/// What all sections are worked through with, and what was found so far.
-struct Work<'a> {
-    rigs: (&'a Rig<'a>, &'a Rig<'a>),
-    spec: &'a RetargetSpec,
-    mapping: &'a Mapping,
-    stack: &'a Stack,
-    bounds: (&'a Limits, &'a Control),
-    wanted: &'a [OutputRequest],
-    writers: Vec<SectionWriter<'a>>,
-    found: Found,
-    timings: Timings,
+/// The spec, where it asks for nothing that is about the whole clip.
+fn spec_for_sections(config: Option<NamedBytes<'_>>, reporter: &mut Reporter) -> Result<RetargetSpec, Failure> {
+    warn_of_empty_config(config, reporter);
+    let Some(pointer) = about_whole_clip(config)? else { return read_spec(config) };
+    let detail = format!("{pointer} of the config is about the whole clip, which is worked through in sections");
+    let failure = Failure::new(FailureCode::InvalidValue, detail).in_part("config");
+    Err(failure.with_hint("leave it out, or cut the clip into shorter ones before"))
 }
 
-impl Work<'_> {
-    /// Moves one section after the other. `first` is the first one's clip, out of those files.
-    fn through(
-        &mut self,
-        source: &mut dyn SectionedFile,
-        (layout, times): (&Layout, &ClipTimes),
-        (first, files): (&Clip, &Files),
-        reporter: &mut Reporter,
-    ) -> Result<(), Failure> {
-        let mut tail: Option<Tail> = None;
-        for (index, section) in layout.sections.iter().enumerate() {
-            let reading = self.bounds.1.seconds();
-            let read = match index {
-                0 => None,
-                _ => Some(self.read(source, section, files)?),
-            };
-            let clip = read.as_ref().unwrap_or(first);
-            self.timings.read_seconds += self.bounds.1.seconds() - reading;
-            let is_last = index + 1 == layout.sections.len();
-            let result = self.section(section, clip, tail.as_ref(), times.seconds(section.read.start), reporter)?;
-            let own = section.own.start - section.read.start..section.own.end - section.read.start;
-            tail = (!is_last).then(|| Tail::new(result.section(own.end..own.end + layout.fade_frames)));
-            let writing = self.bounds.1.seconds();
-            for (writer, wanted) in self.writers.iter_mut().zip(self.wanted) {
-                let own = result.section(own.clone());
-                let named = wanted.options.clip_name.clone().map_or(own.clone(), |name| own.renamed(name));
-                writer.add(&named, self.bounds.1, reporter).map_err(|error| Failure::from(error).in_part("target"))?;
-            }
-            self.timings.write_seconds += self.bounds.1.seconds() - writing;
-        }
-        Ok(())
-    }
-
-    /// Moves and measures one section.
-    fn section(
-        &mut self,
-        section: &Section,
-        clip: &Clip,
-        tail: Option<&Tail>,
-        begins_seconds: f64,
-        reporter: &mut Reporter,
-    ) -> Result<Clip, Failure> {
-        let (limits, control) = self.bounds;
-        let moving = control.seconds();
-        let StackResult { clip: result, reaches, limited, .. } = self.stack.run(clip, control).map_err(run_failure)?;
-        let (result, _) = with_morphs(result, clip, self.rigs, &self.spec.morphs, (limits, control), reporter)?;
-        let first = section.own.start - section.read.start;
-        let result = match tail {
-            Some(tail) => tail.fade_into(result, first).map_err(|error| run_failure(error.into()))?,
-            None => result,
-        };
-        self.timings.retarget_seconds += control.seconds() - moving;
-        control.check()?;
-        let measuring = control.seconds();
-        let measures = (self.spec.report.detail() != ReportDetail::None).then(|| {
-            let (source, target) = self.rigs;
-            measure(self.mapping, source, target, clip, &result, &self.spec.report, &reaches)
-        });
-        self.found.add(section, begins_seconds, measures, (reaches, limited));
-        self.timings.measure_seconds += control.seconds() - measuring;
-        Ok(result)
-    }
-
-    /// The clip of a section that is not the first one.
-    fn read(&self, source: &mut dyn SectionedFile, section: &Section, files: &Files) -> Result<Clip, Failure> {
-        let (limits, control) = self.bounds;
-        let of_source = |error: FormatError| Failure::from(error).in_part("source");
-        let bytes = source.section(section.read.clone(), control).map_err(of_source)?;
-        let mut warnings = Reporter::new();
-        let mut budget = Budget::new(limits, control);
-        let format = files.source.format;
-        let mut scene = formats::read_within(&bytes, format, &mut budget, &mut warnings).map_err(of_source)?;
-        // A file that is understood in another way here than at its beginning would move another figure.
-        let code = "positions_from_offsets";
-        let is_told = |reporter: &Reporter| reporter.warnings().iter().any(|warning| warning.code == code);
-        let is_like_first = scene.skeleton == files.source.scene.skeleton && is_told(&warnings) == is_told(&files.source.warnings);
-        let clip = if scene.clips.is_empty() { None } else { Some(scene.clips.swap_remove(0)) };
-        match clip.filter(|clip| is_like_first && clip.frame_count() == section.read.len()) {
-            Some(clip) => Ok(clip),
-            None => {
-                let detail = format!("from frame {} on the file reads as another skeleton than before", section.read.start);
-                let failure = Failure::new(FailureCode::AssetMalformed, detail).in_part("source");
-                Err(failure.with_hint("cut the clip into shorter ones, each in a file of its own"))
-            }
-        }
+fn warn_of_contacts(source: &dyn SectionedFile, reporter: &mut Reporter) {
+    if source.has_contacts() {
+        let detail = "the source says when feet touch the floor; in sections they are looked for instead";
+        reporter.warn("contacts_left_out", "source", detail, "cut the clip into shorter ones to have them used");
     }
 }
 
@@ -282,7 +185,9 @@ fn writers<'a, 's: 'a>(
         let Some(writer) = writer else {
             let detail = format!("a {} of these options cannot be written in sections", format.info().name);
             let failure = Failure::new(FailureCode::UnsupportedFormat, detail);
-            return Err(failure.with_hint("ask for a GLB or a BVH without compression, or cut the clip into shorter ones"));
+            return Err(
+                failure.with_hint("ask for a GLB or a BVH without compression, or cut the clip into shorter ones")
+            );
         };
         writers.push(writer);
     }

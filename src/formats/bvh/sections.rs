@@ -147,7 +147,8 @@ mod tests {
     use super::*;
 
     fn text(rows: usize) -> String {
-        let rows: String = (0..rows).map(|row| format!("{row} 0 0\n{}", if row % 7 == 0 { "\r\n" } else { "" })).collect();
+        let rows: String =
+            (0..rows).map(|row| format!("{row} 0 0\n{}", if row % 7 == 0 { "\r\n" } else { "" })).collect();
         format!(
             "HIERARCHY\nROOT Hips\n{{\n  OFFSET 0 0 0\n  CHANNELS 3 Xposition Yposition Zposition\n}}\n\
              MOTION\r\nFrames: 5000\r\nFrame Time: 0.025\r\n{rows}"

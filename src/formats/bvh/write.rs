@@ -147,9 +147,7 @@ impl BvhSectionWriter {
         report_losses(skeleton, clip, &bones, &rest, reporter);
         let orders = match rotation_order {
             Some(order) => vec![order; bones.len()],
-            None => {
-                orders(&Frames { clip, skeleton, timing: &timing, rest: &rest }, &bones, control, reporter)?
-            }
+            None => orders(&Frames { clip, skeleton, timing: &timing, rest: &rest }, &bones, control, reporter)?,
         };
         let rows = Rows::new(bones, &orders, rest);
         sink.write_all(&rows.head(&orders, all_frames, step_seconds)).map_err(unwritable)?;

@@ -46,6 +46,9 @@ struct Samples {
     is_constant: bool,
 }
 
+/// Where every piece of the binary chunk begins.
+const ALIGNMENT: u64 = 4;
+
 /// Why a file is read as a whole.
 type WholeOnly = &'static str;
 
@@ -56,8 +59,11 @@ struct GlbSections {
     binary_offset: u64,
     /// The document without what its animation uses.
     document: Value,
-    /// What the document uses beside its animation.
-    binary: Vec<u8>,
+    /// Where in the binary chunk is what the document uses beside its animation.
+    pieces: Vec<Range<u64>>,
+    /// That, once it is read.
+    kept: Option<Vec<u8>>,
+    limits: Limits,
     times: ClipTimes,
     samplers: Vec<Samples>,
     has_contacts: bool,
@@ -108,18 +114,38 @@ impl GlbSections {
             }
         }
         let kept = kept_views(&document);
-        let binary = match keep_views(&mut *reader, (binary_offset, binary_bytes), &mut document, &kept, budget)? {
-            Ok(binary) => binary,
+        let pieces = match move_views(&mut document, &kept, binary_bytes) {
+            Ok(pieces) => pieces,
             Err(reason) => return Ok(Err(reason)),
         };
-        let contacts =
-            document.pointer_mut("/asset/extras/retargetd").and_then(Value::as_object_mut).and_then(|noted| {
-                noted.shift_remove("contacts")
-            });
+        let contacts = document
+            .pointer_mut("/asset/extras/retargetd")
+            .and_then(Value::as_object_mut)
+            .and_then(|noted| noted.shift_remove("contacts"));
         let is_vrm = ["/extensions/VRM", "/extensions/VRMC_vrm"].iter().any(|at| document.pointer(at).is_some());
         let format = if is_vrm { Format::Vrm } else { Format::Glb };
         let has_contacts = contacts.is_some();
-        Ok(Ok(Self { reader, format, binary_offset, document, binary, times, samplers, has_contacts }))
+        let limits = *budget.limits();
+        let kept = None;
+        Ok(Ok(Self { reader, format, binary_offset, document, pieces, kept, limits, times, samplers, has_contacts }))
+    }
+}
+
+impl GlbSections {
+    /// What the document uses beside its animation.
+    fn kept(&mut self, control: &Control) -> Result<Vec<u8>, FormatError> {
+        if let Some(kept) = &self.kept {
+            return Ok(kept.clone());
+        }
+        let mut budget = Budget::new(&self.limits, control);
+        let mut kept = vec![0; ALIGNMENT as usize];
+        for piece in &self.pieces {
+            let length = piece.end - piece.start;
+            budget.take(Limit::DecodedBytes, length, "buffer views")?;
+            kept.extend(read_bytes(&mut *self.reader, self.binary_offset + piece.start, length)?);
+            kept.resize(kept.len().next_multiple_of(ALIGNMENT as usize), 0);
+        }
+        Ok(self.kept.insert(kept).clone())
     }
 }
 
@@ -138,14 +164,14 @@ impl SectionedFile for GlbSections {
 
     fn section(&mut self, frames: Range<usize>, control: &Control) -> Result<Vec<u8>, FormatError> {
         let mut document = self.document.clone();
-        let mut binary = self.binary.clone();
+        let mut binary = self.kept(control)?;
         let mut place = |document: &mut Value, mut accessor: Value, count: usize, bytes: &[u8]| {
             let views = list(document, "bufferViews");
             views.push(json!({"buffer": 0, "byteOffset": binary.len(), "byteLength": bytes.len()}));
             accessor["bufferView"] = json!(views.len() - 1);
             accessor["count"] = json!(count);
             binary.extend_from_slice(bytes);
-            binary.resize(binary.len().next_multiple_of(4), 0);
+            binary.resize(binary.len().next_multiple_of(ALIGNMENT as usize), 0);
             let accessors = list(document, "accessors");
             accessors.push(accessor);
             accessors.len() - 1
@@ -162,7 +188,8 @@ impl SectionedFile for GlbSections {
             let Samples { output, elements, width, is_constant } = self.samplers[index].clone();
             let (keys, input) = if is_constant { (0..1, constant_input) } else { (frames.clone(), sampled_input) };
             let count = keys.len() * width;
-            let bytes = read_elements(&mut *self.reader, self.binary_offset, elements, keys.start * width..keys.end * width)?;
+            let bytes =
+                read_elements(&mut *self.reader, self.binary_offset, elements, keys.start * width..keys.end * width)?;
             let output = place(&mut document, output, count, &bytes);
             let sampler = &mut document["animations"][0]["samplers"][index];
             sampler["input"] = json!(input);
@@ -180,7 +207,7 @@ impl SectionedFile for GlbSections {
 /// Where the key times of the animation are, and what its samplers hold.
 fn samplers(document: &Value, binary_bytes: u64) -> Result<(Vec<Elements>, Vec<Samples>), WholeOnly> {
     let [buffer] = of_list(document, "buffers") else { return Err("the file does not have one buffer") };
-    if buffer.get("uri").is_some() {
+    if !buffer.is_object() || buffer.get("uri").is_some() {
         return Err("the buffer of the GLB is not its binary chunk");
     }
     let [animation] = of_list(document, "animations") else { return Err("the file does not have one animation") };
@@ -196,7 +223,7 @@ fn samplers(document: &Value, binary_bytes: u64) -> Result<(Vec<Elements>, Vec<S
         let (of_input, of_output) =
             (elements(document, input, binary_bytes)?, elements(document, output, binary_bytes)?);
         if of_input.size != 4 || input["componentType"] != 5126 {
-            return Err("key times of the animation are no floats");
+            return Err("the key times of the animation are not floats");
         }
         pairs.push((of_input, of_output, output.clone()));
     }
@@ -360,47 +387,35 @@ fn named_views(value: &Value, found: &mut BTreeSet<u64>) {
     }
 }
 
-/// Reads what kept views hold, and has them lie one behind the other; all others are left with a byte of it.
-fn keep_views(
-    reader: &mut dyn ReadSeek,
-    (binary_offset, binary_bytes): (u64, u64),
-    document: &mut Value,
-    kept: &BTreeSet<u64>,
-    budget: &mut Budget<'_>,
-) -> Result<Result<Vec<u8>, WholeOnly>, FormatError> {
+/// Has kept views lie one behind the other, and leaves all others with a byte of what lies before them. Gives what is to lie there: the bytes of
+/// the file's binary chunk from one number to another. Views may share bytes, which are kept once.
+fn move_views(document: &mut Value, kept: &BTreeSet<u64>, binary_bytes: u64) -> Result<Vec<Range<u64>>, WholeOnly> {
     const OUTSIDE: WholeOnly = "a buffer view of the GLB is not inside its binary chunk";
-    let mut binary: Vec<u8> = vec![0; 4];
-    // Views may share bytes, which are kept once.
-    let mut moved: BTreeMap<(u64, u64), usize> = BTreeMap::new();
+    let (mut pieces, mut end): (Vec<Range<u64>>, u64) = (Vec::new(), ALIGNMENT);
+    let mut moved: BTreeMap<(u64, u64), u64> = BTreeMap::new();
     for (view, index) in list(document, "bufferViews").iter_mut().zip(0..) {
-        let (Some(length), offset) = (number(view, "byteLength"), number(view, "byteOffset").unwrap_or(0)) else {
-            return Ok(Err(OUTSIDE));
-        };
         if !kept.contains(&index) {
             *view = json!({"buffer": 0, "byteOffset": 0, "byteLength": 1});
             continue;
         }
-        if number(view, "buffer") != Some(0) || offset.checked_add(length).is_none_or(|end| end > binary_bytes) {
-            return Ok(Err(OUTSIDE));
-        }
         // A compressed form is named by numbers of its own.
         if view.get("extensions").is_some() {
-            return Ok(Err("the GLB has compressed buffer views"));
+            return Err("the GLB has compressed buffer views");
         }
-        let at = match moved.get(&(offset, length)) {
-            Some(at) => *at,
-            None => {
-                budget.take(Limit::DecodedBytes, length, "buffer views")?;
-                let at = binary.len();
-                binary.extend(read_bytes(reader, binary_offset + offset, length)?);
-                binary.resize(binary.len().next_multiple_of(4), 0);
-                moved.insert((offset, length), at);
-                at
-            }
+        let (Some(length), offset) = (number(view, "byteLength"), number(view, "byteOffset").unwrap_or(0)) else {
+            return Err(OUTSIDE);
         };
+        let last = offset.checked_add(length).filter(|last| number(view, "buffer") == Some(0) && *last <= binary_bytes);
+        let last = last.ok_or(OUTSIDE)?;
+        let at = *moved.entry((offset, length)).or_insert_with(|| {
+            let at = end;
+            pieces.push(offset..last);
+            end = (at + length).next_multiple_of(ALIGNMENT);
+            at
+        });
         view["byteOffset"] = json!(at);
     }
-    Ok(Ok(binary))
+    Ok(pieces)
 }
 
 fn word(bytes: &[u8], offset: usize) -> u32 {

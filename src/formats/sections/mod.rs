@@ -7,7 +7,7 @@ mod times;
 mod writer;
 
 use std::{
-    io::{Read, Seek, SeekFrom, Write},
+    io::{Read, Seek, Write},
     ops::Range,
 };
 
@@ -16,6 +16,10 @@ use crate::model::Control;
 
 pub use times::ClipTimes;
 pub use writer::SectionWriter;
+
+/// What a format is recognized by.
+const HEAD_BYTES: u64 = 256;
+const BVH_WORD: &[u8] = b"HIERARCHY";
 
 /// What a long file is read from.
 pub trait ReadSeek: Read + Seek {}
@@ -67,15 +71,14 @@ pub fn open_in_sections(
     limits: &Limits,
     control: &Control,
 ) -> Result<Sectioned, FormatError> {
-    let mut magic = [0; 4];
-    let length = reader.read(&mut magic).map_err(unreadable)?;
-    reader.seek(SeekFrom::Start(0)).map_err(unreadable)?;
-    if magic == gltf::MAGIC {
+    let mut head = Vec::new();
+    reader.by_ref().take(HEAD_BYTES).read_to_end(&mut head).map_err(unreadable)?;
+    reader.rewind().map_err(unreadable)?;
+    if head.starts_with(&gltf::MAGIC) {
         return gltf::open_in_sections(reader, limits, control);
     }
-    // A BVH begins with HIERARCHY, in any letter case, behind a byte order mark or white space.
-    let is_text = magic[..length].iter().all(|byte| byte.is_ascii_alphabetic() || byte.is_ascii_whitespace());
-    if is_text || magic.starts_with(b"\xef\xbb\xbf") {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&head).trim_ascii_start();
+    if text.get(..BVH_WORD.len()).is_some_and(|word| word.eq_ignore_ascii_case(BVH_WORD)) {
         return bvh::open_in_sections(reader);
     }
     Ok(Sectioned::WholeOnly("only GLB and BVH files are read in sections"))

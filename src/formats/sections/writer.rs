@@ -5,7 +5,9 @@ use std::ops::Range;
 use super::{ClipTimes, WriteSeek, unwritable};
 use crate::{
     formats::{
-        Compression, Format, FormatError, TargetClips, WriteOptions, bvh::BvhSectionWriter, encode,
+        Compression, Format, FormatError, TargetClips, WriteOptions,
+        bvh::BvhSectionWriter,
+        encode,
         gltf::{FRAMES_OF_DOCUMENT, GlbSectionWriter},
         space,
     },

@@ -54,6 +54,7 @@ impl GlbSectionWriter {
         }
         let mut length = 0_usize;
         let (mut channels, mut inputs) = (BTreeMap::new(), Vec::new());
+        let others = others(&document, view, &found)?;
         for array in found {
             let (place, bytes_of_frame) = (length, array.length / FRAMES_OF_DOCUMENT);
             length += bytes_of_frame * frames;
@@ -68,6 +69,13 @@ impl GlbSectionWriter {
                     inputs.push(place);
                 }
             }
+        }
+        let mut kept = Vec::new();
+        for other in others {
+            let bytes = binary.get(other.offset..other.offset + other.length);
+            document["accessors"][other.accessor]["byteOffset"] = json!(length);
+            kept.push((length, bytes.ok_or_else(|| unexpected("an array is not in it"))?));
+            length += other.length;
         }
         let base = binary.len().next_multiple_of(4);
         let whole = base + length;
@@ -93,11 +101,20 @@ impl GlbSectionWriter {
         for place in inputs {
             writer.times(times, place, sink)?;
         }
+        for (place, bytes) in kept {
+            writer.seek(place, sink)?;
+            sink.write_all(bytes).map_err(unwritable)?;
+        }
         Ok(writer)
     }
 
+    /// To a place among the arrays.
+    fn seek(&self, place: usize, sink: &mut dyn WriteSeek) -> Result<(), FormatError> {
+        sink.seek(SeekFrom::Start(self.arrays_offset + place as u64)).map(drop).map_err(unwritable)
+    }
+
     fn times(&self, times: &ClipTimes, place: usize, sink: &mut dyn WriteSeek) -> Result<(), FormatError> {
-        sink.seek(SeekFrom::Start(self.arrays_offset + place as u64)).map_err(unwritable)?;
+        self.seek(place, sink)?;
         for first in (0..times.frames()).step_by(TIMES_AT_ONCE) {
             let last = times.frames().min(first + TIMES_AT_ONCE);
             let seconds: Vec<f32> = (first..last).map(|frame| times.seconds(frame) as f32).collect();
@@ -125,8 +142,7 @@ impl GlbSectionWriter {
             let Some(((place, element), bytes)) = place.zip(bytes) else {
                 return Err(unexpected(&format!("node {} has another {} than before", key.0, key.1)));
             };
-            let offset = self.arrays_offset + (place + element * frames.start) as u64;
-            sink.seek(SeekFrom::Start(offset)).map_err(unwritable)?;
+            self.seek(place + element * frames.start, sink)?;
             sink.write_all(bytes).map_err(unwritable)?;
             left -= 1;
         }
@@ -167,6 +183,15 @@ fn arrays(document: &Value) -> Result<Vec<Array>, FormatError> {
         found.push(array(document, Some((node, path)), output, keys)?);
     }
     Ok(found)
+}
+
+/// What else lies in the view of the animation: the key of tracks that are constant, whether or not there are some.
+fn others(document: &Value, view: usize, found: &[Array]) -> Result<Vec<Array>, FormatError> {
+    let accessors = document["accessors"].as_array().map_or(&[][..], Vec::as_slice);
+    let is_other = |(index, object): &(usize, &Value)| {
+        object["bufferView"].as_u64() == Some(view as u64) && found.iter().all(|array| array.accessor != *index)
+    };
+    accessors.iter().enumerate().filter(is_other).map(|(index, _)| array(document, None, index, 0)).collect()
 }
 
 fn array(document: &Value, channel: Option<ChannelKey>, accessor: usize, keys: usize) -> Result<Array, FormatError> {

@@ -1,13 +1,13 @@
 //! One public entry for each format and each body of a request that is read by the pure half.
 
-use std::sync::LazyLock;
+use std::{io::Cursor, sync::LazyLock};
 
 use retargetd::{
     engine::{
         self, DrawInputs, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome,
         PoseChoice, PoseInputs, Task, check_config, check_preset, check_rig, merge_config,
     },
-    formats::{self, ErrorKind},
+    formats::{self, ErrorKind, Sectioned},
     model::{Appearance, Control, Paint, Reporter},
     picture,
     retarget::parse_document,
@@ -125,7 +125,10 @@ impl Target {
     pub(crate) fn run(self, bytes: &[u8]) {
         match self {
             Self::Fbx => read(bytes, Format::Fbx),
-            Self::Glb => read(bytes, Format::Vrm),
+            Self::Glb => {
+                read(bytes, Format::Vrm);
+                read_in_sections(bytes);
+            }
             Self::Gltf => read(bytes, Format::Gltf),
             Self::Vrma => read(bytes, Format::Vrma),
             Self::Zip => read(bytes, Format::Zip),
@@ -133,7 +136,10 @@ impl Target {
             Self::PosesJson => read(bytes, Format::PosesJson),
             Self::BodyModel => read(bytes, Format::BodyModel),
             Self::JointPositions => read(bytes, Format::JointPositions),
-            Self::Bvh => read(bytes, Format::Bvh),
+            Self::Bvh => {
+                read(bytes, Format::Bvh);
+                read_in_sections(bytes);
+            }
             Self::Image => image(bytes),
             Self::Drawing => {
                 draw(bytes, br#"{"task": "draw", "view": {"size": [40, 40]}}"#);
@@ -210,6 +216,19 @@ fn read(bytes: &[u8], format: Format) {
         Err(error) => {
             assert!(!error.detail.is_empty(), "an error says what is wrong: {error:?}");
             assert!(error.kind != ErrorKind::Canceled, "nobody canceled");
+        }
+    }
+}
+
+/// Reads the beginning and the end of a clip as files of their own.
+fn read_in_sections(bytes: &[u8]) {
+    let (limits, control) = (Limits::default(), Control::new());
+    let opened = formats::open_in_sections(Box::new(Cursor::new(bytes.to_vec())), &limits, &control);
+    let Ok(Sectioned::File(mut file)) = opened else { return };
+    let frames = file.times().frames();
+    for section in [0..frames.min(3), frames.saturating_sub(2)..frames] {
+        if let Ok(section) = file.section(section, &control) {
+            read(&section, file.format());
         }
     }
 }
