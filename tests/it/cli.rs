@@ -3,6 +3,7 @@
 pub(crate) mod carried_curves;
 mod checks;
 mod habits;
+mod long_clips;
 mod real_ops;
 mod reports;
 mod rest_files;

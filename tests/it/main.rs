@@ -35,7 +35,6 @@ mod http;
 mod joint_table;
 mod judges;
 mod load;
-mod long_clips;
 mod mistakes;
 mod morphs;
 mod npz;

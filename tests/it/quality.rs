@@ -23,3 +23,4 @@ mod soles;
 mod spines;
 mod stretched;
 mod tiptoe;
+mod treadmill;

@@ -7,6 +7,8 @@ use glam::DVec3;
 pub(in crate::retarget) struct ContactPoints {
     pub(in crate::retarget) points: Vec<ContactPoint>,
     pub(in crate::retarget) is_touching: bool,
+    /// Whether the figure walks on the spot, over a floor that runs.
+    pub(in crate::retarget) does_floor_run: bool,
 }
 
 /// Which point of a foot or a hand.

@@ -1,13 +1,15 @@
 //! When points of the source rest on something. (docs/algorithm/contacts.md.)
 //!
 //! The points of a foot are those of its sole: it begins to stand with the back of its heel, and leaves the floor with the tip of its
-//! toes. A point touches while it is low and slow. Both tests have hysteresis; heels strike the floor faster than toes leave it, so
-//! that a contact is followed back to a higher speed than forward. The thresholds are chosen so that contacts begin and end where
-//! feet are farthest before and behind the pelvis in walks (Zeni, Richards and Higginson, Two simple methods for determining gait
-//! events during treadmill and overground walking using kinematic data, 2008).
+//! toes. A point touches while it is low and slow, over a floor that runs where the figure walks on the spot (`treadmill`). Both tests
+//! have hysteresis; heels strike the floor faster than toes leave it, so that a contact is followed back to a higher speed than forward.
+//! The thresholds are chosen so that contacts begin and end where feet are farthest before and behind the pelvis in walks (Zeni,
+//! Richards and Higginson, Two simple methods for determining gait events during treadmill and overground walking using kinematic
+//! data, 2008).
 
 pub(in crate::retarget) mod resolve;
 pub(in crate::retarget) mod spec;
+mod treadmill;
 
 pub use self::spec::{ContactFloor, ContactFloorRule, ContactsOp};
 
@@ -29,6 +31,7 @@ use crate::{
 };
 use resolve::take_contacts;
 use std::collections::BTreeMap;
+use treadmill::{FootWay, floor_velocity};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -100,6 +103,13 @@ impl ContactStage {
         let posing = posing(&joints);
         let points = points.into_iter().map(|(point, joint)| Point { slot: posing.slot(joint), ..point }).collect();
         Self { op: op.clone(), points, posing, ground, scale: leg, frames }
+    }
+
+    /// The velocity of the floor; zero where it stands.
+    fn floor_velocity(&self, tracks: &[Tracked], times: &[f64]) -> DVec3 {
+        let of_balls = self.points.iter().zip(tracks).filter(|(point, _)| point.part == Part::Ball);
+        let feet: Vec<FootWay<'_>> = of_balls.map(|(_, track)| track.way()).collect();
+        floor_velocity(&feet, times, self.ground.up, self.scale, self.op.speed_on * self.scale).unwrap_or_default()
     }
 
     /// The height at which a point rests most often, among those at which it is slow.
@@ -236,6 +246,10 @@ impl Stage for ContactStage {
                 Tracked::new(positions, work.times, &self.ground, self.op.smoothing_seconds / 2.0)
             })
             .collect();
+        let floor_velocity = self.floor_velocity(&tracks, work.times);
+        let over = |track: Tracked| track.over(floor_velocity, work.times);
+        let tracks: Vec<Tracked> =
+            if floor_velocity == DVec3::ZERO { tracks } else { tracks.into_iter().map(over).collect() };
         let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
         let point = |((point, track), level): ((&Point, Tracked), &f64)| {
             let level = (!self.is_raised(point, *level, &levels)).then(|| self.agreed(point, *level, &levels));
@@ -245,7 +259,7 @@ impl Stage for ContactStage {
         };
         let points: Vec<ContactPoint> = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
         let is_touching = points.iter().any(|point| point.touches.contains(&true));
-        work.contacts = ContactPoints { points, is_touching };
+        work.contacts = ContactPoints { points, is_touching, does_floor_run: floor_velocity != DVec3::ZERO };
         Ok(())
     }
 }
@@ -261,6 +275,8 @@ fn is_wanted(op: &ContactsOp, limb: Limb, name: &str) -> bool {
 /// One point over the clip.
 struct Tracked {
     soles: Vec<DVec3>,
+    /// The same, smoothed.
+    smooth: Vec<DVec3>,
     heights: Vec<f64>,
     /// By central differences.
     speeds: Vec<f64>,
@@ -273,7 +289,17 @@ impl Tracked {
         let smooth = smoothed(&soles, times, deviation_seconds);
         let heights = smooth.iter().map(|place| place.dot(ground.up)).collect();
         let (speeds, forward_speeds) = (speeds(&smooth, times), forward_speeds(&smooth, times));
-        Self { soles, heights, speeds, forward_speeds }
+        Self { soles, smooth, heights, speeds, forward_speeds }
+    }
+
+    fn way(&self) -> FootWay<'_> {
+        FootWay { places: &self.smooth, heights: &self.heights, speeds: &self.speeds }
+    }
+
+    /// The same with speeds over a floor that runs.
+    fn over(self, velocity: DVec3, times: &[f64]) -> Self {
+        let places: Vec<DVec3> = self.smooth.iter().zip(times).map(|(place, time)| *place - velocity * *time).collect();
+        Self { speeds: speeds(&places, times), forward_speeds: forward_speeds(&places, times), ..self }
     }
 }
 

@@ -14,7 +14,7 @@ use crate::retarget::ops::{ContactCurve, Scope};
 /// speeds are for a leg of 1 m and grow with the source's leg. Heights are above the level at which the point rests in this
 /// clip. Points: `left_foot` and `right_foot` (the back of the heel), `left_toe` and `right_toe` (the ball), `left_toe_tip` and
 /// `right_toe_tip`, `left_hand` and `right_hand`. The points of a foot are those of its sole, from the mesh where there is one, else
-/// guessed from its joints. Only source points count, so the result does not depend on the target.
+/// guessed from its joints. Below a figure that walks on the spot the floor is taken to run, and speeds are those over it. Only source points count, so the result does not depend on the target.
 ///
 /// Contacts that come with the source's clip (`contacts` of pose arrays, those that an output of this program notes in its `extras`)
 /// are taken instead of what is found: a foot of which they say something touches only when they say so.

@@ -195,7 +195,13 @@ impl Stage for PlantStage {
             for (foot, corrections) in self.feet.iter().zip(&corrections) {
                 let Some(correction) = corrections.as_ref().map(|corrections| corrections[frame]) else { continue };
                 let goal = &mut goals[foot.limb];
-                goal.position += correction.offset * alpha;
+                // A floor that runs carries feet as the source's legs do; there is no place on it to stay at.
+                let held = if work.contacts.does_floor_run {
+                    self.up * correction.offset.dot(self.up)
+                } else {
+                    correction.offset
+                };
+                goal.position += held * alpha;
                 goal.hold = goal.hold.max(correction.hold * alpha);
             }
         })

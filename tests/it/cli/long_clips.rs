@@ -1,11 +1,7 @@
 //! Clips that are worked through in sections, by the real binary: their results against those of the whole clip, what cannot be done so, and
 //! what is said of files that are not what they seem.
 
-use std::{
-    io::Cursor,
-    path::Path,
-    process::{Command, Output, Stdio},
-};
+use std::{io::Cursor, path::Path};
 
 use glam::{Quat, Vec3};
 use retargetd::{
@@ -17,20 +13,8 @@ use retargetd::{
 use serde_json::Value;
 use tempfile::TempDir;
 
+use super::{code, error, retargetd};
 use crate::support::{corpus_file, files_below, validate_gltf};
-
-fn retargetd(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_retargetd"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("the binary runs")
-}
-
-fn error(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
 
 fn write(scene: &Scene, clip: &Clip, options: &WriteOptions) -> Vec<u8> {
     let scene = Scene { clips: Vec::new(), ..scene.clone() };
@@ -120,7 +104,7 @@ fn sections_give_what_the_whole_clip_gives() {
     let base = ["retarget", "--source", "walk.glb", "--target", "mannequin.glb"];
     let run = |more: &[&str]| {
         let output = retargetd(&[&base[..], more].concat(), folder.path());
-        assert_eq!(output.status.code(), Some(0), "{}", error(&output));
+        assert_eq!(code(&output), Some(0), "{}", error(&output));
         error(&output)
     };
     run(&["--output", "whole.glb", "--report", "whole.json"]);
@@ -171,7 +155,7 @@ fn a_bvh_in_sections_gives_what_the_whole_one_gives() {
     let base = ["retarget", "--source", "walk.bvh", "--target", "mannequin.glb"];
     for more in [&["--output", "whole.glb"][..], &["--output", "long.glb", "--sections"]] {
         let output = retargetd(&[&base[..], more].concat(), folder.path());
-        assert_eq!(output.status.code(), Some(0), "{}", error(&output));
+        assert_eq!(code(&output), Some(0), "{}", error(&output));
     }
     let (places, turns) = apart(&read_file(folder.path(), "long.glb"), &read_file(folder.path(), "whole.glb"));
     assert!(places < 3e-3 && turns < 0.3, "{places} m and {turns} degrees apart");
@@ -192,7 +176,7 @@ fn a_clip_beyond_the_limits_is_worked_through_without_being_asked() {
     std::fs::write(folder.path().join("still.bvh"), rest).expect("the target");
     let base = ["retarget", "--source", "arm.bvh", "--target", "still.bvh", "--output"];
     let output = retargetd(&[&base[..], &["out.bvh"]].concat(), folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", error(&output));
+    assert_eq!(code(&output), Some(0), "{}", error(&output));
     assert!(error(&output).contains("216100 frames in 53 sections"), "{}", error(&output));
     let text = std::fs::read_to_string(folder.path().join("out.bvh")).expect("text");
     assert_eq!(text.lines().rev().take_while(|line| !line.starts_with("Frame Time")).count(), 216_100, "every row");
@@ -200,7 +184,7 @@ fn a_clip_beyond_the_limits_is_worked_through_without_being_asked() {
     // What needs the whole clip says so, and what then forbids it.
     let output = retargetd(&[&base[..], &["out.fbx"]].concat(), folder.path());
     let told = error(&output);
-    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert_eq!(code(&output), Some(3), "{told}");
     assert!(
         told.contains("held as a whole, since a fbx is written as a whole") && told.contains("frames_per_clip"),
         "{told}"
@@ -252,7 +236,7 @@ fn what_cannot_be_done_in_sections_is_refused_and_leaves_nothing() {
             [&["retarget", "--source", source, "--target", "mannequin.glb", "--sections"][..], more].concat();
         let output = retargetd(&arguments, folder.path());
         assert!(error(&output).contains(told), "{arguments:?}: {}", error(&output));
-        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", error(&output));
+        assert_eq!(code(&output), Some(status), "{arguments:?}: {}", error(&output));
     }
     let left: Vec<_> = std::fs::read_dir(folder.path())
         .expect("a folder")

@@ -1,0 +1,91 @@
+//! Walks on the spot: the floor runs below the figure, and feet stand on it as they do where the figure gets on.
+
+use glam::Vec3;
+use retargetd::{
+    model::{Clip, Control, Reporter, Scene, Track},
+    retarget::{ContactTrack, Resolved, Stack, StackResult, parse_spec, resolve},
+    rig::Rig,
+    samples,
+};
+
+use super::figure::{position, world};
+
+fn moved(source: &Scene, target: &Scene) -> (StackResult, [usize; 2]) {
+    let mut reporter = Reporter::new();
+    let spec = parse_spec(b"{}").expect("a spec");
+    let from = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a rig");
+    let onto = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a rig");
+    let Resolved { mapping, ops, .. } =
+        resolve(&spec, &from, &onto, &source.clips[0], &mut reporter).expect("it resolves");
+    let stack = Stack::new(from.skeleton(), onto.skeleton(), &mapping, &ops);
+    let toes = ["left_toe", "right_toe"].map(|role| onto.role(role)[0]);
+    (stack.run(&source.clips[0], &Control::new()).expect("it runs"), toes)
+}
+
+/// The walk with every joint that hangs from nothing taken back by so many meters a second along its way.
+fn taken_back(walk: &Scene, meters_per_second: f32) -> Scene {
+    let clip = &walk.clips[0];
+    let mut joints = clip.joints().to_vec();
+    for (joint, tracks) in walk.skeleton.joints().iter().zip(&mut joints) {
+        if joint.parent.is_none()
+            && let Track::Sampled(places) = &mut tracks.translation
+        {
+            for (place, time) in places.iter_mut().zip(clip.times_seconds()) {
+                *place -= Vec3::Z * (meters_per_second * *time as f32);
+            }
+        }
+    }
+    let clip: Clip = clip.clone().with_joints(joints).expect("a clip");
+    Scene { clips: vec![clip], ..walk.clone() }
+}
+
+/// The share of frames in which both say the same of every point.
+fn agreement(one: &[ContactTrack], other: &[ContactTrack]) -> f64 {
+    let (mut same, mut all) = (0, 0);
+    for (one, other) in one.iter().zip(other) {
+        assert_eq!(one.point, other.point);
+        same += one.touches.iter().zip(&other.touches).filter(|(one, other)| one == other).count();
+        all += one.touches.len();
+    }
+    f64::from(same as u32) / f64::from(all as u32)
+}
+
+#[test]
+fn feet_of_a_walk_on_the_spot_stand_when_those_of_the_walk_do() {
+    let (walk, target) = (samples::walk_scene(), samples::mannequin_scene());
+    let speed = samples::WALK_SPEED as f32;
+    let ((over_floor, toes), (on_spot, _)) = (moved(&walk, &target), moved(&taken_back(&walk, speed), &target));
+    let same = agreement(&over_floor.contacts, &on_spot.contacts);
+    assert!(same > 0.97, "contacts agree in {same} of the frames");
+    // The same steps, one figure taken back by what the floor runs: the pose is the same, and only its place differs.
+    let end = position(&world(&target.skeleton, Some((&over_floor.clip, 120))), toes[0]);
+    let begin = position(&world(&target.skeleton, Some((&over_floor.clip, 0))), toes[0]);
+    assert!((end - begin).z > 3.0, "the walk gets on");
+    for frame in 10..110 {
+        let poses = [&over_floor.clip, &on_spot.clip].map(|clip| world(&target.skeleton, Some((clip, frame))));
+        let heights = toes.map(|toe| poses.each_ref().map(|pose| position(pose, toe).y));
+        for [over_floor, on_spot] in heights {
+            assert!((over_floor - on_spot).abs() < 0.004, "frame {frame}: toes at {over_floor} and {on_spot} m");
+        }
+    }
+}
+
+#[test]
+fn a_figure_that_slides_along_does_not_make_the_floor_run() {
+    let (walk, target) = (samples::walk_scene(), samples::mannequin_scene());
+    let mut joints = walk.clips[0].joints().to_vec();
+    let frames = walk.clips[0].frame_count();
+    for tracks in &mut joints {
+        if let Track::Sampled(rotations) = &mut tracks.rotation {
+            let first = rotations[0];
+            rotations.fill(first);
+        }
+        if let Track::Sampled(places) = &mut tracks.translation {
+            let first = places[0];
+            *places = (0..frames).map(|frame| first + Vec3::Z * (frame as f32 / 30.0)).collect();
+        }
+    }
+    let slide = walk.clips[0].clone().with_joints(joints).expect("a clip");
+    let (moved, _) = moved(&Scene { clips: vec![slide], ..walk }, &target);
+    assert!(moved.contacts.iter().all(|track| !track.touches.contains(&true)), "nothing stands");
+}
