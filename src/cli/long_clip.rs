@@ -57,6 +57,8 @@ impl LongClip {
         let file = match engine::open_in_sections(reader, limits, &Control::new()) {
             Ok(Sectioned::File(file)) => file,
             Ok(Sectioned::WholeOnly(_)) if !is_asked_for && !is_large => return Ok(None),
+            Ok(Sectioned::OtherFormat) if !is_asked_for => return Ok(None),
+            Ok(Sectioned::OtherFormat) => return Err(unfit("only GLB and BVH files are read in sections", source)),
             Ok(Sectioned::WholeOnly(reason)) => return otherwise(reason, source, is_asked_for),
             Err(error) if is_asked_for => {
                 let subject = format!("source {}", source.display());

@@ -159,6 +159,7 @@ mod tests {
         match open_in_sections(Box::new(Cursor::new(text(rows).into_bytes()))).expect("it can be read") {
             Sectioned::File(file) => file,
             Sectioned::WholeOnly(reason) => panic!("{reason}"),
+            Sectioned::OtherFormat => panic!("it is a BVH"),
         }
     }
 

@@ -60,6 +60,8 @@ pub enum Sectioned {
     File(Box<dyn SectionedFile>),
     /// It can be read only as a whole, and why.
     WholeOnly(&'static str),
+    /// It is of another format.
+    OtherFormat,
 }
 
 /// Looks at the beginning of a file, a glTF in its binary form or a BVH.
@@ -81,7 +83,7 @@ pub fn open_in_sections(
     if text.get(..BVH_WORD.len()).is_some_and(|word| word.eq_ignore_ascii_case(BVH_WORD)) {
         return bvh::open_in_sections(reader);
     }
-    Ok(Sectioned::WholeOnly("only GLB and BVH files are read in sections"))
+    Ok(Sectioned::OtherFormat)
 }
 
 pub(super) fn unreadable(error: std::io::Error) -> FormatError {

@@ -118,6 +118,13 @@ impl GlbSectionWriter {
         for first in (0..times.frames()).step_by(TIMES_AT_ONCE) {
             let last = times.frames().min(first + TIMES_AT_ONCE);
             let seconds: Vec<f32> = (first..last).map(|frame| times.seconds(frame) as f32).collect();
+            let before = first.checked_sub(1).map(|frame| times.seconds(frame) as f32);
+            let is_rising = seconds.windows(2).all(|pair| pair[0] < pair[1]);
+            if !is_rising || before.is_some_and(|before| before >= seconds[0]) {
+                let detail = "the frames are closer than key times of glTF can tell so late in the clip";
+                let hint = "ask for a BVH, or use fewer frames a second";
+                return Err(FormatError::unsupported("write", "", detail, hint));
+            }
             sink.write_all(bytemuck::cast_slice(&seconds)).map_err(unwritable)?;
         }
         Ok(())
