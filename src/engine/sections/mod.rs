@@ -100,6 +100,7 @@ pub fn retarget_in_sections(
     control.enter(Phase::Plan, 0);
     let RigPair { spec, source: source_rig, target } = files.sides(spec, knowledge, &mut reporter)?;
     let first = files.choose_clip(&spec, &mut reporter)?;
+    warn_of_morphs(first, &mut reporter);
     let resolved = resolve(&spec, &source_rig, &target, first, &mut reporter).map_err(in_config)?;
     let stack = Stack::new(source_rig.skeleton(), target.skeleton(), &resolved.mapping, &resolved.ops);
     let resolved_spec = serde_json::to_value(&resolved.spec)
@@ -164,6 +165,17 @@ fn warn_of_contacts(source: &dyn SectionedFile, reporter: &mut Reporter) {
     if source.has_contacts() {
         let detail = "the source says when feet touch the floor; in sections they are looked for instead";
         reporter.warn("contacts_left_out", "source", detail, "cut the clip into shorter ones to have them used");
+    }
+}
+
+/// Which morphs of a face move is found out of a whole clip.
+fn warn_of_morphs(clip: &Clip, reporter: &mut Reporter) {
+    let count = clip.morphs().len();
+    if count > 0 {
+        let detail = format!(
+            "the weights of {count} morphs are not in the outputs of a clip that is worked through in sections"
+        );
+        reporter.warn("morphs_not_written", "source", detail, "cut the clip into shorter ones to have faces moved");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use crate::model::{Clip, ClipError, JointTracks, MorphTrack, Track, rotation::smootherstep};
+use crate::model::{Clip, ClipError, JointTracks, Track, rotation::smootherstep};
 
 /// What a section says of the frames behind it.
 pub(super) struct Tail(Clip);
@@ -33,19 +33,9 @@ impl Tail {
             ),
             scale: vectors(&own.scale, next.scale),
         };
-        let morph = |next: &MorphTrack| {
-            let own = self.0.morphs().iter().find(|own| own.morph == next.morph);
-            let fade = |own: f32, next: f32, frame: usize| own + (next - own) * share(frame) as f32;
-            let weights = match own {
-                Some(own) => faded(&own.weights, next.weights.clone(), first, frames, fade),
-                None => next.weights.clone(),
-            };
-            MorphTrack { morph: next.morph, weights }
-        };
-        let morphs = section.morphs().iter().map(morph).collect();
         let (name, times, joints) = section.into_parts();
         let joints = self.0.joints().iter().zip(joints).map(joint).collect();
-        Clip::new(name, times, joints)?.with_morphs(morphs)
+        Clip::new(name, times, joints)
     }
 }
 

@@ -8,10 +8,7 @@ use crate::{
 };
 
 use super::{
-    super::{
-        Failure, FailureCode, Timings, files::Files, morphs::with_morphs, output_request::OutputRequest,
-        retarget_run::run_failure,
-    },
+    super::{Failure, FailureCode, Timings, files::Files, output_request::OutputRequest, retarget_run::run_failure},
     found::Found,
     layout::{Layout, Section},
     seam::Tail,
@@ -49,7 +46,7 @@ impl Work<'_> {
             let clip = read.as_ref().unwrap_or(first);
             self.timings.read_seconds += self.bounds.1.seconds() - reading;
             let is_last = index + 1 == layout.sections.len();
-            let result = self.section(section, clip, tail.as_ref(), times.seconds(section.read.start), reporter)?;
+            let result = self.section(section, clip, tail.as_ref(), times.seconds(section.read.start))?;
             let own = section.own.start - section.read.start..section.own.end - section.read.start;
             tail = (!is_last).then(|| Tail::new(result.section(own.end..own.end + layout.fade_frames)));
             let writing = self.bounds.1.seconds();
@@ -70,12 +67,10 @@ impl Work<'_> {
         clip: &Clip,
         tail: Option<&Tail>,
         begins_seconds: f64,
-        reporter: &mut Reporter,
     ) -> Result<Clip, Failure> {
-        let (limits, control) = self.bounds;
+        let control = self.bounds.1;
         let moving = control.seconds();
         let StackResult { clip: result, reaches, limited, .. } = self.stack.run(clip, control).map_err(run_failure)?;
-        let (result, _) = with_morphs(result, clip, self.rigs, &self.spec.morphs, (limits, control), reporter)?;
         let first = section.own.start - section.read.start;
         let result = match tail {
             Some(tail) => tail.fade_into(result, first).map_err(|error| run_failure(error.into()))?,

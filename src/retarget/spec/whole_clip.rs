@@ -13,7 +13,7 @@ impl RetargetSpec {
             ("/clip", self.clip.is_some()),
             ("/edit", self.edit != Default::default()),
             ("/layer", self.layer.is_some()),
-            ("/morphs/fit", self.morphs.fit.is_some()),
+            ("/morphs", self.morphs != Default::default()),
             ("/source/character", is_all(&self.source.character)),
             ("/target/character", is_all(&self.target.character)),
             ("/tune", !matches!(self.tune, None | Some(TuneChoice::Switch(false)))),
@@ -53,6 +53,7 @@ mod tests {
             (r#"{"output": {"keys": "needed"}}"#, Some("/output/keys")),
             (r#"{"target": {"character": "all"}}"#, Some("/target/character")),
             (r#"{"tune": true}"#, Some("/tune")),
+            (r#"{"morphs": {"by_name": false}}"#, Some("/morphs")),
         ] {
             let found =
                 parse_spec(spec.as_bytes()).unwrap_or_else(|error| panic!("{spec}: {error}")).about_whole_clip();

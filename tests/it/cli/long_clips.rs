@@ -302,6 +302,19 @@ fn pose_at(scene: &Scene, frame: usize) -> LocalPose {
     scene.clips[0].local_pose(&scene.skeleton, frame)
 }
 
+#[test]
+fn a_face_that_is_not_moved_in_sections_is_told_of() {
+    let Some(speaking) = crate::morphs::speaking(&[("A", "viseme_aa")]) else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("speaking.glb"), speaking).expect("the file");
+    let base =
+        ["retarget", "--source", "speaking.glb", "--target", "speaking.glb", "--output", "out.glb", "--sections"];
+    let output = retargetd(&base, folder.path());
+    let told = error(&output);
+    assert_eq!(code(&output), Some(0), "{told}");
+    assert!(told.contains("warning: morphs_not_written"), "{told}");
+}
+
 /// The sections of a file, read, against the same frames of the whole file, read.
 #[track_caller]
 fn assert_sections_are_those_of_the_whole(file: &[u8], format: Format) {
