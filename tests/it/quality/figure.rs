@@ -7,6 +7,8 @@ use retargetd::{
     engine::{Inspection, NamedBytes, OneOrMore, inspect},
     formats::{self, Limits},
     model::{Clip, Control, Reporter, Scene, Skeleton},
+    retarget::{Resolved, RetargetSpec, Stack, StackResult, resolve},
+    rig::{Rig, RigSpec},
 };
 
 /// The matrices of all joints in the scene's space at a frame, or at rest.
@@ -80,6 +82,19 @@ pub(crate) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let index = (values.len() as f64 * share).ceil().max(1.0) - 1.0;
     values.get(index as usize).copied().unwrap_or(f64::NAN)
+}
+
+/// The first clip of one rig on another one, with no config.
+pub(crate) fn moved(from: &Rig<'_>, onto: &Rig<'_>) -> StackResult {
+    let (spec, clip) = (RetargetSpec::default(), &from.scene.clips[0]);
+    let Resolved { mapping, ops, .. } = resolve(&spec, from, onto, clip, &mut Reporter::new()).expect("it resolves");
+    let stack = Stack::new(from.skeleton(), onto.skeleton(), &mapping, &ops);
+    stack.run(clip, &Control::new()).expect("it runs")
+}
+
+/// The rig that a scene is without a config.
+pub(crate) fn rig_of<'a>(side: &'static str, scene: &'a Scene) -> Rig<'a> {
+    Rig::new(side, scene, None, &RigSpec::default(), &mut Reporter::new()).expect("a rig")
 }
 
 /// A file as a test needs it.

@@ -2,13 +2,11 @@
 
 use glam::{DQuat, DVec3};
 use retargetd::{
-    model::{Clip, Control, JointTracks, Reporter, Scene, Track},
-    retarget::{Resolved, Stack, parse_spec, resolve},
-    rig::{Rig, RigSpec},
+    model::{Clip, JointTracks, Scene, Track},
     samples,
 };
 
-use super::figure::{position, rotation, world};
+use super::figure::{moved, position, rig_of, rotation, world};
 
 /// How far the heels are up.
 const RAISED_DEGREES: f64 = 35.0;
@@ -29,14 +27,8 @@ fn who_walks_on_the_toes_keeps_the_heels_up() {
 
 /// The middle steepness of the feet of the result, in degrees, and whether each heel of the source ever touches.
 fn walked(source: &Scene, target: &Scene) -> (f64, Vec<bool>) {
-    let mut reporter = Reporter::new();
-    let spec = parse_spec(b"{}").expect("a spec");
-    let from = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a rig");
-    let onto = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a rig");
-    let Resolved { mapping, ops, .. } =
-        resolve(&spec, &from, &onto, &source.clips[0], &mut reporter).expect("it resolves");
-    let stack = Stack::new(from.skeleton(), onto.skeleton(), &mapping, &ops);
-    let result = stack.run(&source.clips[0], &Control::new()).expect("it runs");
+    let (from, onto) = (rig_of("source", source), rig_of("target", target));
+    let result = moved(&from, &onto);
     let heels = result.contacts.iter().filter(|track| SIDES.iter().any(|side| track.point == format!("{side}_foot")));
     let heels: Vec<bool> = heels.map(|track| track.touches.contains(&true)).collect();
     assert_eq!(heels.len(), 2, "{:?}", result.contacts.iter().map(|track| &track.point).collect::<Vec<_>>());
@@ -56,7 +48,7 @@ fn walked(source: &Scene, target: &Scene) -> (f64, Vec<bool>) {
 /// The same walk with feet that are steeper by an angle, toes that stay as they are, and the body lifted by what that takes.
 fn on_toes(walk: &Scene, degrees: f64) -> Scene {
     let skeleton = &walk.skeleton;
-    let rig = Rig::new("source", walk, None, &RigSpec::default(), &mut Reporter::new()).expect("a rig");
+    let rig = rig_of("source", walk);
     let clip = &walk.clips[0];
     let rest = world(skeleton, None);
     let mut joints: Vec<JointTracks> = clip.joints().to_vec();

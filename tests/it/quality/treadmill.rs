@@ -2,24 +2,17 @@
 
 use glam::Vec3;
 use retargetd::{
-    model::{Clip, Control, Reporter, Scene, Track},
-    retarget::{ContactTrack, Resolved, Stack, StackResult, parse_spec, resolve},
-    rig::Rig,
+    model::{Clip, Scene, Track},
+    retarget::{ContactTrack, StackResult},
     samples,
 };
 
-use super::figure::{position, world};
+use super::figure::{moved, position, rig_of, world};
 
-fn moved(source: &Scene, target: &Scene) -> (StackResult, [usize; 2]) {
-    let mut reporter = Reporter::new();
-    let spec = parse_spec(b"{}").expect("a spec");
-    let from = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a rig");
-    let onto = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a rig");
-    let Resolved { mapping, ops, .. } =
-        resolve(&spec, &from, &onto, &source.clips[0], &mut reporter).expect("it resolves");
-    let stack = Stack::new(from.skeleton(), onto.skeleton(), &mapping, &ops);
-    let toes = ["left_toe", "right_toe"].map(|role| onto.role(role)[0]);
-    (stack.run(&source.clips[0], &Control::new()).expect("it runs"), toes)
+/// The result, and the joints of the target's toes.
+fn walked(source: &Scene, target: &Scene) -> (StackResult, [usize; 2]) {
+    let (from, onto) = (rig_of("source", source), rig_of("target", target));
+    (moved(&from, &onto), ["left_toe", "right_toe"].map(|role| onto.role(role)[0]))
 }
 
 /// The walk with every joint that hangs from nothing taken back by so many meters a second along its way.
@@ -54,7 +47,7 @@ fn agreement(one: &[ContactTrack], other: &[ContactTrack]) -> f64 {
 fn feet_of_a_walk_on_the_spot_stand_when_those_of_the_walk_do() {
     let (walk, target) = (samples::walk_scene(), samples::mannequin_scene());
     let speed = samples::WALK_SPEED as f32;
-    let ((over_floor, toes), (on_spot, _)) = (moved(&walk, &target), moved(&taken_back(&walk, speed), &target));
+    let ((over_floor, toes), (on_spot, _)) = (walked(&walk, &target), walked(&taken_back(&walk, speed), &target));
     let same = agreement(&over_floor.contacts, &on_spot.contacts);
     assert!(same > 0.97, "contacts agree in {same} of the frames");
     // The same steps, one figure taken back by what the floor runs: the pose is the same, and only its place differs.
@@ -86,6 +79,6 @@ fn a_figure_that_slides_along_does_not_make_the_floor_run() {
         }
     }
     let slide = walk.clips[0].clone().with_joints(joints).expect("a clip");
-    let (moved, _) = moved(&Scene { clips: vec![slide], ..walk }, &target);
-    assert!(moved.contacts.iter().all(|track| !track.touches.contains(&true)), "nothing stands");
+    let (slid, _) = walked(&Scene { clips: vec![slide], ..walk }, &target);
+    assert!(slid.contacts.iter().all(|track| !track.touches.contains(&true)), "nothing stands");
 }
