@@ -63,9 +63,12 @@ pub struct SectionedInputs<'a> {
 /// # Errors
 /// When it is none.
 pub fn about_whole_clip(config: Option<NamedBytes<'_>>) -> Result<Option<String>, Failure> {
-    let spec = read_spec(config)?;
+    Ok(pointer_about_whole_clip(&read_spec(config)?))
+}
+
+fn pointer_about_whole_clip(spec: &RetargetSpec) -> Option<String> {
     let is_other_task = spec.pose.is_some() || spec.task != Task::Retarget;
-    Ok(if is_other_task { Some("/task".to_owned()) } else { spec.about_whole_clip() })
+    if is_other_task { Some("/task".to_owned()) } else { spec.about_whole_clip() }
 }
 
 /// Retargets a long clip. The outcome has no files, since they are where `sinks` say.
@@ -155,7 +158,8 @@ pub fn retarget_in_sections(
 /// The spec, where it asks for nothing that is about the whole clip.
 fn spec_for_sections(config: Option<NamedBytes<'_>>, reporter: &mut Reporter) -> Result<RetargetSpec, Failure> {
     warn_of_empty_config(config, reporter);
-    let Some(pointer) = about_whole_clip(config)? else { return read_spec(config) };
+    let spec = read_spec(config)?;
+    let Some(pointer) = pointer_about_whole_clip(&spec) else { return Ok(spec) };
     let detail = format!("{pointer} of the config is about the whole clip, which is worked through in sections");
     let failure = Failure::new(FailureCode::InvalidValue, detail).in_part("config");
     Err(failure.with_hint("leave it out, or cut the clip into shorter ones before"))

@@ -50,10 +50,11 @@ impl Work<'_> {
             let own = section.own.start - section.read.start..section.own.end - section.read.start;
             tail = (!is_last).then(|| Tail::new(result.section(own.end..own.end + layout.fade_frames)));
             let writing = self.bounds.1.seconds();
+            let own = result.section(own);
             for (writer, wanted) in self.writers.iter_mut().zip(self.wanted) {
-                let own = result.section(own.clone());
-                let named = wanted.options.clip_name.clone().map_or(own.clone(), |name| own.renamed(name));
-                writer.add(&named, self.bounds.1, reporter).map_err(|error| Failure::from(error).in_part("target"))?;
+                let renamed = wanted.options.clip_name.as_ref().map(|name| own.clone().renamed(name.clone()));
+                let clip = renamed.as_ref().unwrap_or(&own);
+                writer.add(clip, self.bounds.1, reporter).map_err(|error| Failure::from(error).in_part("target"))?;
             }
             self.timings.write_seconds += self.bounds.1.seconds() - writing;
         }

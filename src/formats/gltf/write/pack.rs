@@ -33,27 +33,33 @@ pub(in crate::formats) fn contain<'p>(
     length: usize,
     pieces: impl Iterator<Item = &'p [u8]>,
 ) -> Result<Vec<u8>, FormatError> {
-    let json_length = json.len().next_multiple_of(4);
     let binary_length = length.next_multiple_of(4);
-    let has_binary = length > 0;
-    let total = HEADER_BYTES
-        + CHUNK_HEADER_BYTES
-        + json_length
-        + if has_binary { CHUNK_HEADER_BYTES + binary_length } else { 0 };
+    let mut bytes = head(json, length, binary_length)?;
+    let total = bytes.len() + binary_length;
+    pieces.for_each(|piece| bytes.extend_from_slice(piece));
+    bytes.resize(total, 0);
+    Ok(bytes)
+}
 
-    let mut bytes = Vec::with_capacity(total);
+/// All of a GLB before the bytes of its buffer, which has that length; with room for so many of them.
+///
+/// # Errors
+/// When it all has more than 4 GiB.
+pub(super) fn head(json: &[u8], length: usize, room: usize) -> Result<Vec<u8>, FormatError> {
+    let binary_length = length.next_multiple_of(4);
+    let json_end = HEADER_BYTES + CHUNK_HEADER_BYTES + json.len().next_multiple_of(4);
+    let binary_header = if length > 0 { CHUNK_HEADER_BYTES } else { 0 };
+    let mut bytes = Vec::with_capacity(json_end + binary_header + room);
     bytes.extend(MAGIC);
     bytes.extend(VERSION.to_le_bytes());
-    bytes.extend(word(total)?);
-    bytes.extend(word(json_length)?);
+    bytes.extend(word(json_end + binary_header + binary_length)?);
+    bytes.extend(word(json.len().next_multiple_of(4))?);
     bytes.extend(JSON_CHUNK);
     bytes.extend(json);
-    bytes.resize(HEADER_BYTES + CHUNK_HEADER_BYTES + json_length, b' ');
-    if has_binary {
+    bytes.resize(json_end, b' ');
+    if length > 0 {
         bytes.extend(word(binary_length)?);
         bytes.extend(BINARY_CHUNK);
-        pieces.for_each(|piece| bytes.extend_from_slice(piece));
-        bytes.resize(total, 0);
     }
     Ok(bytes)
 }
@@ -118,7 +124,7 @@ fn to_text(json: &Map<String, Value>) -> Result<Vec<u8>, FormatError> {
         .map_err(|error| FormatError::malformed("write", "", format!("the document cannot be written: {error}")))
 }
 
-pub(super) fn word(length: usize) -> Result<[u8; 4], FormatError> {
+fn word(length: usize) -> Result<[u8; 4], FormatError> {
     u32::try_from(length).map(u32::to_le_bytes).map_err(|_| {
         FormatError::unsupported(
             "write",

@@ -7,11 +7,11 @@ use std::{collections::BTreeMap, io::SeekFrom, ops::Range};
 
 use serde_json::{Value, json};
 
-use super::pack::word;
+use super::pack::head;
 use crate::{
     formats::{
         FormatError,
-        gltf::container::{self, BINARY_CHUNK, CHUNK_HEADER_BYTES, HEADER_BYTES, JSON_CHUNK, MAGIC, VERSION},
+        gltf::container,
         sections::{ClipTimes, WriteSeek, unwritable},
     },
     model::Reporter,
@@ -82,18 +82,7 @@ impl GlbSectionWriter {
         document["bufferViews"][view]["byteOffset"] = json!(base);
         document["bufferViews"][view]["byteLength"] = json!(length);
         document["buffers"][0]["byteLength"] = json!(whole);
-        let mut text = document.to_string().into_bytes();
-        text.resize(text.len().next_multiple_of(4), b' ');
-        let headers = HEADER_BYTES + 2 * CHUNK_HEADER_BYTES;
-        let mut head = Vec::new();
-        head.extend(MAGIC);
-        head.extend(VERSION.to_le_bytes());
-        head.extend(word(headers + text.len() + whole)?);
-        head.extend(word(text.len())?);
-        head.extend(JSON_CHUNK);
-        head.extend(text);
-        head.extend(word(whole)?);
-        head.extend(BINARY_CHUNK);
+        let mut head = head(document.to_string().as_bytes(), whole, binary.len())?;
         head.extend_from_slice(binary);
         head.resize(head.len().next_multiple_of(4), 0);
         sink.write_all(&head).map_err(unwritable)?;
