@@ -18,6 +18,7 @@ mod run;
 pub(in crate::retarget) mod spec;
 mod stack;
 mod stages;
+mod treadmill;
 mod workspace;
 
 pub use drivers::{JointDriver, joint_drivers};

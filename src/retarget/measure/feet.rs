@@ -8,23 +8,22 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DVec2, DVec3, swizzles::Vec3Swizzles};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{
     body::Size,
     contacts::{HEIGHT_ON, Standing, find_standing, intervals},
+    foot_points::{FootPoint, Traced, tip},
     metric::{Finding, Reading, Series, rounded},
-    motion::{Anchor, Both, Compared, Performer, Wanted},
+    motion::{Both, Compared, Performer, Wanted},
+    running_floor::{over_floor, running_floors, under_standing_feet},
     skin::{FootSkin, Half, PartTrack, WantedPart},
     slide::travel,
     statistics::{mean, percentile},
 };
 use crate::rig::{Rig, Role, floors};
 
-/// A sole further below its joint than this share of the leg is none: the rest pose stands on something else. Cartoon figures have
-/// ankles at a third of their legs.
-const MAX_SOLE: f64 = 0.5;
 /// Contacts that are told of; of more, those that slide most.
 pub(super) const MAX_CONTACTS: usize = 200;
 const CENTIMETERS: f64 = 100.0;
@@ -61,18 +60,6 @@ pub(super) struct Feet {
     ankles: Vec<Both<Option<f64>>>,
 }
 
-struct FootPoint {
-    part: String,
-    name: &'static str,
-    joint: usize,
-    joints: Both<usize>,
-    slot: usize,
-    /// The joint itself, where the slot is of the sole below it.
-    joint_slot: usize,
-    /// Whether it is one that stands; a toe tip only goes through the floor.
-    bears: bool,
-}
-
 /// What the mesh of one side says.
 pub(super) struct Skinned {
     /// One per point; toe tips have none, as their vertices are the ball's.
@@ -95,6 +82,8 @@ pub(super) struct FeetFindings {
     pub(super) slide_speeds: Vec<Series>,
     /// In which frames the source's foot stands with all of its points, by foot.
     pub(super) flat: BTreeMap<String, Vec<bool>>,
+    /// How fast the floor runs below both figures, meters a second; zero where it stands.
+    pub(super) floors: Both<DVec3>,
 }
 
 const NO_LEGS: &str = "no legs were recognized on both sides";
@@ -112,46 +101,7 @@ impl FeetFindings {
             heights: Vec::new(),
             slide_speeds: Vec::new(),
             flat: BTreeMap::new(),
-        }
-    }
-}
-
-/// One point on both sides, over the clip.
-struct Traced<'a> {
-    index: usize,
-    point: &'a FootPoint,
-    positions: Both<Vec<DVec3>>,
-    standing: Both<Standing>,
-    /// Height of the floor under it: where the rig stands at rest, else where it stands in the clip.
-    levels: Both<f64>,
-    /// What the mesh says of it.
-    skin: Both<Option<&'a PartTrack>>,
-}
-
-impl Traced<'_> {
-    /// Height over the floor, meters, of the lowest vertex or of the point; infinite where others speak for it.
-    fn height(&self, is_target: bool, frame: usize) -> f64 {
-        let (skin, positions, level) = if is_target {
-            (self.skin.target, &self.positions.target, self.levels.target)
-        } else {
-            (self.skin.source, &self.positions.source, self.levels.source)
-        };
-        match skin {
-            Some(track) => track.heights.get(frame).map_or(f64::INFINITY, |height| f64::from(*height) - level),
-            None => positions[frame].y - level,
-        }
-    }
-
-    /// How what stands moves over the floor until the next frame, meters.
-    fn step(&self, is_target: bool, frame: usize) -> DVec2 {
-        let (skin, positions) = if is_target {
-            (self.skin.target, &self.positions.target)
-        } else {
-            (self.skin.source, &self.positions.source)
-        };
-        match skin.and_then(|track| *track.steps.get(frame)?) {
-            Some(step) => step,
-            None => (positions[frame + 1] - positions[frame]).xz(),
+            floors: Both::default(),
         }
     }
 }
@@ -230,16 +180,24 @@ impl Feet {
 
     pub(super) fn measure(&self, performers: &Both<Performer<'_>>, compared: &Compared) -> FeetFindings {
         let frames = &compared.frames.indices;
-        let positions: Vec<_> = self.points.iter().map(|point| positions(point, compared)).collect();
-        let standing: Vec<_> =
-            self.points.iter().zip(&positions).map(|(point, both)| self.standing(point, both, compared)).collect();
+        let positions: Vec<_> = self.points.iter().map(|point| point.positions(compared)).collect();
+        let floors = running_floors(&self.points, &positions, &self.legs, &compared.times_seconds);
+        let standing: Vec<_> = self
+            .points
+            .iter()
+            .zip(&positions)
+            .map(|(point, both)| self.standing(point, both, &floors, compared))
+            .collect();
         let skins = Both {
             source: self.skin(&performers.source, false, frames, &standing),
             target: self.skin(&performers.target, true, frames, &standing),
         };
         let traced = positions.into_iter().zip(standing).enumerate();
-        let traced: Vec<Traced<'_>> =
-            traced.map(|(index, (positions, standing))| self.trace(index, positions, standing, &skins)).collect();
+        let mut traced: Vec<Traced<'_>> = traced
+            .map(|(index, (positions, standing))| self.trace(index, positions, standing, &skins, compared))
+            .collect();
+        let floors = under_standing_feet(&traced, &floors);
+        traced.iter_mut().for_each(|traced| traced.floors = floors);
         let bearing: Vec<&Traced<'_>> = traced.iter().filter(|traced| traced.point.bears).collect();
         let (mut contacts, slide_speeds) = self.contacts(&bearing, compared);
         let slide = slide_finding(&contacts, &bearing);
@@ -260,21 +218,29 @@ impl Feet {
             heights,
             slide_speeds,
             flat: flat(&bearing),
+            floors,
         }
     }
 
-    /// When a point stands on each side.
-    fn standing(&self, point: &FootPoint, positions: &Both<Vec<DVec3>>, compared: &Compared) -> Both<Standing> {
-        let stand = |positions: &[DVec3], leg: f64, floor: Option<f64>| {
+    /// When a point stands on each side, over floors that run so fast.
+    fn standing(
+        &self,
+        point: &FootPoint,
+        positions: &Both<Vec<DVec3>>,
+        floors: &Both<DVec3>,
+        compared: &Compared,
+    ) -> Both<Standing> {
+        let times = &compared.times_seconds;
+        let stand = |positions: &[DVec3], velocity: DVec3, leg: f64, floor: Option<f64>| {
             if point.bears || floor.is_none() {
-                find_standing(positions, &compared.times_seconds, leg)
+                find_standing(&over_floor(positions, velocity, times), times, leg)
             } else {
                 Standing { level: 0.0, stands: Vec::new(), is_still: Vec::new() }
             }
         };
         Both {
-            source: stand(&positions.source, self.legs.source, self.sizes.source.floor),
-            target: stand(&positions.target, self.legs.target, self.sizes.target.floor),
+            source: stand(&positions.source, floors.source, self.legs.source, self.sizes.source.floor),
+            target: stand(&positions.target, floors.target, self.legs.target, self.sizes.target.floor),
         }
     }
 
@@ -284,6 +250,7 @@ impl Feet {
         positions: Both<Vec<DVec3>>,
         standing: Both<Standing>,
         skins: &'a Both<Option<Skinned>>,
+        compared: &'a Compared,
     ) -> Traced<'a> {
         let level = |skin: &Option<Skinned>, size: &Size, standing: &Standing| {
             skin.as_ref().map_or(size.floor.unwrap_or(standing.level), |skin| skin.floor)
@@ -294,7 +261,17 @@ impl Feet {
         };
         let track = |skin: &'a Option<Skinned>| skin.as_ref().map(|skin| &skin.tracks[index]);
         let skin = Both { source: track(&skins.source), target: track(&skins.target) };
-        Traced { index, point: &self.points[index], positions, standing, levels, skin }
+        let times_seconds = &compared.times_seconds;
+        Traced {
+            index,
+            point: &self.points[index],
+            positions,
+            standing,
+            levels,
+            skin,
+            floors: Both::default(),
+            times_seconds,
+        }
     }
 
     fn contacts(&self, bearing: &[&Traced<'_>], compared: &Compared) -> (Vec<ContactMeasure>, Vec<Series>) {
@@ -459,62 +436,6 @@ impl Feet {
     }
 }
 
-impl FootPoint {
-    fn new(
-        part: &str,
-        name: &'static str,
-        rigs: &Both<&Rig<'_>>,
-        joints: Both<usize>,
-        sizes: &Both<Size>,
-        wanted: &mut Wanted,
-    ) -> Self {
-        let anchor = Both {
-            source: sole(rigs.source, joints.source, &sizes.source),
-            target: sole(rigs.target, joints.target, &sizes.target),
-        };
-        Self {
-            part: part.to_owned(),
-            name,
-            joint: joints.target,
-            joints,
-            slot: wanted.point(anchor),
-            joint_slot: wanted.joint(joints),
-            bears: name != "tip",
-        }
-    }
-}
-
-/// The floor under a joint at rest, fixed to the joint; the joint itself where the rig does not stand at rest.
-fn sole(rig: &Rig<'_>, joint: usize, size: &Size) -> Anchor {
-    let rest = rig.rest.transforms()[joint];
-    let (Some(floor), Some(leg)) = (size.floor, size.leg) else { return Anchor::at(joint) };
-    let drop = rig.rest_height(joint) - floor / rig.unit_meters;
-    if drop.abs() * rig.unit_meters > MAX_SOLE * leg {
-        return Anchor::at(joint);
-    }
-    let below = rest.rotation.conjugate() * (rig.up() * -drop);
-    let scale = DVec3::select(rest.scale.cmpeq(DVec3::ZERO), DVec3::ONE, rest.scale);
-    Anchor { joint, offset: below / scale }
-}
-
-/// The end of the longest straight run of first children below a toe.
-fn tip(rig: &Rig<'_>, toe: usize) -> usize {
-    let joints = rig.skeleton().joints();
-    let mut current = toe;
-    for (index, joint) in joints.iter().enumerate().skip(toe + 1) {
-        if joint.parent == Some(current) {
-            current = index;
-        }
-    }
-    current
-}
-
-/// Where a point is on both sides in every frame.
-fn positions(point: &FootPoint, compared: &Compared) -> Both<Vec<DVec3>> {
-    let motions = Both { source: &compared.source, target: &compared.target };
-    motions.map(|motion| (0..compared.len()).map(|frame| motion.position(frame, point.slot)).collect())
-}
-
 /// How low the lower foot usually is, of the heights of each foot: where the source stands, however far that is from its floor.
 fn usual_low(feet: &[Vec<f64>]) -> f64 {
     let frames = feet.iter().map(Vec::len).min().unwrap_or(0);
@@ -584,7 +505,7 @@ fn disagreement(bearing: &[&Traced<'_>]) -> Finding {
             reading.parts.insert(part, 1.0 - 2.0 * both as f64 / sum as f64);
         }
     }
-    // Where the source never stands, as in a walk on the spot, there is nothing to agree with.
+    // Where the source never stands there is nothing to agree with.
     if of_source == 0 {
         return Err(NO_CONTACT);
     }

@@ -16,12 +16,14 @@ mod coverage;
 mod curves;
 mod facing;
 mod feet;
+mod foot_points;
 mod hands;
 mod limbs;
 mod metric;
 mod motion;
 mod pops;
 mod rest;
+mod running_floor;
 mod sections;
 mod skin;
 mod slide;
@@ -36,6 +38,7 @@ mod tests;
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use self::{
@@ -104,6 +107,10 @@ pub struct Measures {
     pub pelvis_scale: f64,
     /// Hip to ankle at rest, meters.
     pub leg_length_meters: SidePair,
+    /// Where the figure walks on the spot, how fast the floor runs below it: the speed at which the target's feet do not slide. Meters a
+    /// second in each file's own size; absent where the floor stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor_speed_meters_per_second: Option<SidePair>,
     /// How many frames were looked at; feet, pelvis and keys are looked at in every frame.
     pub frames_measured: usize,
     /// Values over time, by name: `limb_direction`, `sole_height`, `slide_speed`; of a full report also `limb_twist` and
@@ -118,6 +125,12 @@ pub struct SidePair {
     pub source: Option<f64>,
     /// Of the target.
     pub target: Option<f64>,
+}
+
+/// How fast floors run, where they do.
+fn floor_speeds(velocities: &Both<DVec3>) -> Option<SidePair> {
+    let Both { source, target } = velocities.map(|velocity| Some(rounded(velocity.length())));
+    (velocities.source != DVec3::ZERO).then_some(SidePair { source, target })
 }
 
 /// Compares a result with the clip that it was made from; both have the same frames. `reaches` is what inverse kinematics says of
@@ -182,6 +195,7 @@ pub fn measure(
         bone_length_drift: drift_value,
         pelvis_scale: mapping.global_scale,
         leg_length_meters: SidePair { source: sizes.source.leg, target: sizes.target.leg },
+        floor_speed_meters_per_second: every.floor_speeds,
         frames_measured,
         curves,
     }
@@ -196,6 +210,7 @@ struct OfEveryFrame {
     sole_heights: Vec<Series>,
     slide_speeds: Vec<Series>,
     flat: BTreeMap<String, Vec<bool>>,
+    floor_speeds: Option<SidePair>,
 }
 
 impl OfEveryFrame {
@@ -227,6 +242,7 @@ impl OfEveryFrame {
             sole_heights: feet.heights,
             slide_speeds: feet.slide_speeds,
             flat: feet.flat,
+            floor_speeds: floor_speeds(&feet.floors),
         }
     }
 }

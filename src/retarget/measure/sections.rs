@@ -65,6 +65,7 @@ impl Measures {
             limb_directions,
             limb_direction_p95_degrees: self.limb_direction_p95_degrees.max(other.limb_direction_p95_degrees),
             bone_length_drift: self.bone_length_drift.max(other.bone_length_drift),
+            floor_speed_meters_per_second: self.floor_speed_meters_per_second.or(other.floor_speed_meters_per_second),
             frames_measured: self.frames_measured + other.frames_measured,
             curves: BTreeMap::new(),
             ..self

@@ -86,8 +86,13 @@ pub(crate) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
 
 /// The first clip of one rig on another one, with no config.
 pub(crate) fn moved(from: &Rig<'_>, onto: &Rig<'_>) -> StackResult {
-    let (spec, clip) = (RetargetSpec::default(), &from.scene.clips[0]);
-    let Resolved { mapping, ops, .. } = resolve(&spec, from, onto, clip, &mut Reporter::new()).expect("it resolves");
+    moved_with(from, onto, &RetargetSpec::default())
+}
+
+/// The same with a config.
+pub(crate) fn moved_with(from: &Rig<'_>, onto: &Rig<'_>, spec: &RetargetSpec) -> StackResult {
+    let clip = &from.scene.clips[0];
+    let Resolved { mapping, ops, .. } = resolve(spec, from, onto, clip, &mut Reporter::new()).expect("it resolves");
     let stack = Stack::new(from.skeleton(), onto.skeleton(), &mapping, &ops);
     stack.run(clip, &Control::new()).expect("it runs")
 }

@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 use retargetd::{
-    model::{Clip, Scene, Track},
-    retarget::{ContactTrack, StackResult},
+    model::{Clip, Reporter, Scene, Track},
+    retarget::{ContactTrack, Measures, Metric, MetricName, ReportChoice, StackResult, measure, parse_spec, resolve},
     samples,
 };
 
-use super::figure::{moved, position, rig_of, world};
+use super::figure::{moved, moved_with, position, rig_of, world};
 
 /// The result, and the joints of the target's toes.
 fn walked(source: &Scene, target: &Scene) -> (StackResult, [usize; 2]) {
@@ -61,6 +61,56 @@ fn feet_of_a_walk_on_the_spot_stand_when_those_of_the_walk_do() {
             assert!((over_floor - on_spot).abs() < 0.004, "frame {frame}: toes at {over_floor} and {on_spot} m");
         }
     }
+}
+
+/// What the report says of a motion of the target.
+fn measured(source: &Scene, target: &Scene, result: &Clip) -> Measures {
+    let (from, onto) = (rig_of("source", source), rig_of("target", target));
+    let clip = &source.clips[0];
+    let spec = parse_spec(b"{}").expect("a spec");
+    let resolved = resolve(&spec, &from, &onto, clip, &mut Reporter::new()).expect("it maps");
+    measure(&resolved.mapping, &from, &onto, clip, result, &ReportChoice::default(), &[])
+}
+
+fn value(measures: &Measures, name: MetricName) -> f64 {
+    let Metric { value, reason, .. } = &measures.metrics[&name];
+    value.unwrap_or_else(|| panic!("{name:?} is not measured: {reason:?}"))
+}
+
+#[test]
+fn the_report_measures_feet_of_a_walk_on_the_spot_over_the_floor_that_runs() {
+    let (walk, target) = (samples::walk_scene(), samples::mannequin_scene());
+    let on_spot = taken_back(&walk, samples::WALK_SPEED as f32);
+    let (over_floor, _) = walked(&walk, &target);
+    let (running, _) = walked(&on_spot, &target);
+    let (standing, running) = (measured(&walk, &target, &over_floor.clip), measured(&on_spot, &target, &running.clip));
+    assert_eq!(standing.floor_speed_meters_per_second, None, "the floor of a walk that gets on stands");
+    let speed = running.floor_speed_meters_per_second.expect("the floor runs");
+    let source = speed.source.expect("it is known");
+    assert!((source / samples::WALK_SPEED - 1.0).abs() < 0.02, "{source} m/s");
+    for name in [MetricName::FootSlide, MetricName::FloorFloat, MetricName::FloorPenetration] {
+        let values = [&standing, &running].map(|measures| value(measures, name));
+        assert!((values[0] - values[1]).abs() < 0.5, "{name:?}: {values:?} cm");
+    }
+    assert!(value(&running, MetricName::ContactDisagreement) < 0.1, "the target stands when the source does");
+    assert!(running.contacts.len().abs_diff(standing.contacts.len()) <= 2, "the same contacts");
+}
+
+/// Legs of other proportions move feet back at a speed that is not even; they are held at one.
+#[test]
+fn feet_go_along_with_the_floor_as_evenly_as_the_source_does() {
+    let (walk, target) = (samples::walk_scene(), samples::mannequin_scene());
+    let on_spot = taken_back(&walk, samples::WALK_SPEED as f32);
+    let (from, onto) = (rig_of("source", &on_spot), rig_of("target", &target));
+    let slide = |spec: &[u8]| {
+        let clip = moved_with(&from, &onto, &parse_spec(spec).expect("a spec")).clip;
+        let measures = measured(&on_spot, &target, &clip);
+        (value(&measures, MetricName::FootSlide), measures.metrics[&MetricName::FootSlide].source_value)
+    };
+    let (alone, _) = slide(br#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#);
+    let (planted, source) = slide(b"{}");
+    let source = source.expect("the source's");
+    assert!(planted < source + 0.5 && planted < alone, "{planted} cm; rotations alone {alone}, the source {source}");
 }
 
 #[test]

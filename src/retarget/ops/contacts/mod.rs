@@ -9,12 +9,12 @@
 
 pub(in crate::retarget) mod resolve;
 pub(in crate::retarget) mod spec;
-mod treadmill;
 
 pub use self::spec::{ContactFloor, ContactFloorRule, ContactsOp};
 
 use crate::retarget::mapping::{Ground, LimbPair};
 use crate::retarget::stages::stage::Stage;
+use crate::retarget::treadmill::{FootWay, floor_velocity};
 use crate::retarget::{
     mapping::Mapping,
     ops::{
@@ -31,7 +31,6 @@ use crate::{
 };
 use resolve::take_contacts;
 use std::collections::BTreeMap;
-use treadmill::{FootWay, floor_velocity};
 
 use glam::DVec3;
 use rayon::prelude::*;

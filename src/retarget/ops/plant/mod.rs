@@ -10,6 +10,7 @@
 
 mod fade;
 mod level;
+mod running_floor;
 pub(in crate::retarget) mod spec;
 mod steady;
 
@@ -34,8 +35,11 @@ use rayon::prelude::*;
 use super::schedule::Schedule;
 use crate::model::Canceled;
 
-use self::fade::fade;
 pub(in crate::retarget) use self::{fade::either, level::FootAxes};
+use self::{
+    fade::fade,
+    running_floor::{CARRIED_METERS, RunningFloor},
+};
 
 use crate::retarget::stages::contact_points::{ContactPoint, Part};
 use crate::retarget::stages::{
@@ -86,6 +90,8 @@ pub(in crate::retarget) struct PlantedFoot {
     pub(in crate::retarget) still_speed: f64,
     /// How far a foot may swing out beyond its goals on its way from and to a contact, in plan units.
     pub(in crate::retarget) swing: f64,
+    /// By how much it is moved at most to go along with a floor that runs, in plan units.
+    pub(in crate::retarget) carried: f64,
 }
 
 /// The change of one limb at one frame.
@@ -131,6 +137,7 @@ impl PlantStage {
                 tracks: tracks.map(|point| point.map(|point| PointTrack::of(point, work.times))),
                 has_point: foot.points.map(|point| point.is_some()),
                 targets: rows.iter().skip(index).step_by(width).copied().collect(),
+                running_floor: None,
             })
         };
         Ok(self.feet.par_iter().enumerate().map(read).collect())
@@ -153,6 +160,17 @@ impl PlantStage {
         corrections
     }
 
+    /// What a point should move from a frame to the next, minus what it does.
+    fn missing_step(&self, foot: &Foot, part: usize, frame: usize) -> DVec3 {
+        let Some(of_source) = foot.source_step(part, frame) else { return DVec3::ZERO };
+        let wanted = match (foot.running_floor, self.op.mode) {
+            (Some(floor), _) => of_source + self.horizontal(of_source) * (floor.share - 1.0),
+            (None, PlantMode::Always) => DVec3::ZERO,
+            (None, _) => of_source,
+        };
+        wanted - foot.target_step(part, frame)
+    }
+
     /// Fills in what is to be added to the goals of one contact, which begins at `first`.
     fn hold(&self, foot: &Foot, times: &[f64], first: usize, room: &mut WeightsRoom, contact: &mut [Correction]) {
         let weights = foot.weights(times, first, first + contact.len() - 1, room);
@@ -161,7 +179,7 @@ impl PlantStage {
             *correction = Correction { offset, hold: 1.0 };
             let Some(after) = weights.get(index + 1) else { break };
             for (part, weight) in ((weights[index] + *after) / 2.0).to_array().into_iter().enumerate() {
-                offset += foot.step(part, first + index, self.op.mode) * weight;
+                offset += self.missing_step(foot, part, first + index) * weight;
             }
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
@@ -171,10 +189,12 @@ impl PlantStage {
         for correction in contact {
             let offset = correction.offset - mean;
             let raised = self.up * offset.dot(self.up);
+            let along = offset - raised;
+            let along = foot.running_floor.map_or(along, |floor| floor.limited(along));
             correction.offset = match self.op.mode {
                 PlantMode::Grounding => raised,
-                _ if self.leaves_height => offset - raised,
-                _ => offset,
+                _ if self.leaves_height => along,
+                _ => along + raised,
             };
         }
     }
@@ -187,7 +207,14 @@ impl Stage for PlantStage {
         }
         self.level(work);
         self.steady(work)?;
-        let feet = self.read(work)?;
+        let mut feet = self.read(work)?;
+        if work.contacts.does_floor_run {
+            let share = self.floor_share(&feet);
+            for (foot, planted) in feet.iter_mut().zip(&self.feet) {
+                let floor = RunningFloor { share, most: planted.carried };
+                foot.iter_mut().for_each(|foot| foot.running_floor = Some(floor));
+            }
+        }
         let correct = |foot: &Option<Foot>| foot.as_ref().map(|foot| self.corrections(foot, work.times));
         let corrections: Vec<Option<Vec<Correction>>> = feet.par_iter().map(correct).collect();
         work.change_goals(self.limb_count, |work, frame, goals| {
@@ -195,13 +222,7 @@ impl Stage for PlantStage {
             for (foot, corrections) in self.feet.iter().zip(&corrections) {
                 let Some(correction) = corrections.as_ref().map(|corrections| corrections[frame]) else { continue };
                 let goal = &mut goals[foot.limb];
-                // A floor that runs carries feet as the source's legs do; there is no place on it to stay at.
-                let held = if work.contacts.does_floor_run {
-                    self.up * correction.offset.dot(self.up)
-                } else {
-                    correction.offset
-                };
-                goal.position += held * alpha;
+                goal.position += correction.offset * alpha;
                 goal.hold = goal.hold.max(correction.hold * alpha);
             }
         })
@@ -224,6 +245,8 @@ struct Foot {
     has_point: [bool; 3],
     /// Where the target's points are when the end is at its goal.
     targets: Vec<[DVec3; 3]>,
+    /// Nothing where the floor stands.
+    running_floor: Option<RunningFloor>,
 }
 
 /// A point of the source over the clip.
@@ -265,16 +288,15 @@ impl Foot {
         &room.smooth
     }
 
-    /// What the source's point moves from a frame to the next, scaled, minus what the goal's does.
-    fn step(&self, part: usize, frame: usize, mode: PlantMode) -> DVec3 {
-        // A target without that point follows the source's end with its own.
-        let of_source = if self.has_point[part] { &self.tracks[part] } else { &self.tracks[0] };
-        let Some(track) = of_source else { return DVec3::ZERO };
-        let wanted = match mode {
-            PlantMode::Always => DVec3::ZERO,
-            _ => (track.positions[frame + 1] - track.positions[frame]) * self.scale,
-        };
-        wanted - (self.targets[frame + 1][part] - self.targets[frame][part])
+    /// What the source's point moves from a frame to the next, scaled. A target without that point follows the source's end with its own.
+    fn source_step(&self, part: usize, frame: usize) -> Option<DVec3> {
+        let track = if self.has_point[part] { &self.tracks[part] } else { &self.tracks[0] }.as_ref()?;
+        Some((track.positions[frame + 1] - track.positions[frame]) * self.scale)
+    }
+
+    /// What the goal's point moves.
+    fn target_step(&self, part: usize, frame: usize) -> DVec3 {
+        self.targets[frame + 1][part] - self.targets[frame][part]
     }
 }
 
@@ -300,6 +322,7 @@ fn plant_stage(stack: &StackBuilder<'_>, op: &PlantOp, resolved: &ResolvedOp) ->
         size_beside_leg: size_beside_leg(stack, limb),
         still_speed: STILL_METERS_PER_SECOND * stack.legs().0,
         swing: SWING_METERS * stack.legs().1,
+        carried: CARRIED_METERS * stack.legs().1,
     };
     PlantStage {
         op: op.clone(),

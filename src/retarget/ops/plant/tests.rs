@@ -42,7 +42,15 @@ fn a_foot_that_slides_beside_its_source_is_held() {
     let source = (0..FRAMES).map(|frame| DVec3::Z * 0.001 * frame as f64).collect();
     let targets = (0..FRAMES).map(|frame| [DVec3::X * 0.01 * frame as f64; 3]).collect();
     let tracks = [track(source, 10..31), None, None];
-    let foot = Foot { scale: 2.0, still_speed: 0.05, swing: 0.03, tracks, has_point: [true, false, false], targets };
+    let foot = Foot {
+        scale: 2.0,
+        still_speed: 0.05,
+        swing: 0.03,
+        tracks,
+        has_point: [true, false, false],
+        targets,
+        running_floor: None,
+    };
     let (places, corrections) = planted(&stage(PlantMode::Auto), &foot, 0);
     for frame in 10..30 {
         let step = places[frame + 1] - places[frame];
@@ -79,6 +87,7 @@ fn the_ball_is_held_while_the_heel_lifts() {
         tracks,
         has_point: [true, true, false],
         targets: targets.collect(),
+        running_floor: None,
     };
     let (places, _) = planted(&stage(PlantMode::Auto), &foot, 1);
     let slid = places[24..30].windows(2).map(|pair| pair[0].distance(pair[1])).fold(0.0, f64::max);

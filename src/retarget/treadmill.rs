@@ -16,19 +16,19 @@ const MIN_WAY_METERS: f64 = 1.0;
 const MIN_FRAMES: usize = 8;
 
 /// What is known of a point of a foot.
-pub(super) struct FootWay<'a> {
+pub(in crate::retarget) struct FootWay<'a> {
     /// Where it is, smoothed.
-    pub(super) places: &'a [DVec3],
+    pub(in crate::retarget) places: &'a [DVec3],
     /// Along the ground's up axis.
-    pub(super) heights: &'a [f64],
-    pub(super) speeds: &'a [f64],
+    pub(in crate::retarget) heights: &'a [f64],
+    pub(in crate::retarget) speeds: &'a [f64],
 }
 
 /// The velocity of the floor below a figure that walks on the spot; nothing where the floor stands. In units per second; `scale` is what a meter is
 /// at a leg of 1 m, `resting_speed` the speed below which a point may begin to touch.
 ///
 /// It is the median of the velocities of feet that are near the floor, where half of them agree with it.
-pub(super) fn floor_velocity(
+pub(in crate::retarget) fn floor_velocity(
     feet: &[FootWay<'_>],
     times: &[f64],
     up: DVec3,

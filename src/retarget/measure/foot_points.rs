@@ -1,0 +1,127 @@
+//! Points of feet, and where they are over a clip.
+
+use glam::{DVec2, DVec3, swizzles::Vec3Swizzles};
+
+use super::{
+    body::Size,
+    contacts::Standing,
+    motion::{Anchor, Both, Compared, Wanted},
+    skin::PartTrack,
+};
+use crate::rig::Rig;
+
+/// A sole further below its joint than this share of the leg is none: the rest pose stands on something else. Cartoon figures have
+/// ankles at a third of their legs.
+const MAX_SOLE: f64 = 0.5;
+
+/// A point of a foot on both sides.
+pub(super) struct FootPoint {
+    pub(super) part: String,
+    pub(super) name: &'static str,
+    pub(super) joint: usize,
+    pub(super) joints: Both<usize>,
+    pub(super) slot: usize,
+    /// The joint itself, where the slot is of the sole below it.
+    pub(super) joint_slot: usize,
+    /// Whether it is one that stands; a toe tip only goes through the floor.
+    pub(super) bears: bool,
+}
+
+/// One point on both sides, over the clip.
+pub(super) struct Traced<'a> {
+    pub(super) index: usize,
+    pub(super) point: &'a FootPoint,
+    pub(super) positions: Both<Vec<DVec3>>,
+    pub(super) standing: Both<Standing>,
+    /// Height of the floor under it: where the rig stands at rest, else where it stands in the clip.
+    pub(super) levels: Both<f64>,
+    /// What the mesh says of it.
+    pub(super) skin: Both<Option<&'a PartTrack>>,
+    /// How fast the floor runs below each side, meters a second.
+    pub(super) floors: Both<DVec3>,
+    /// Of the frames.
+    pub(super) times_seconds: &'a [f64],
+}
+
+impl Traced<'_> {
+    /// Height over the floor, meters, of the lowest vertex or of the point; infinite where others speak for it.
+    pub(super) fn height(&self, is_target: bool, frame: usize) -> f64 {
+        let (skin, positions, level) = if is_target {
+            (self.skin.target, &self.positions.target, self.levels.target)
+        } else {
+            (self.skin.source, &self.positions.source, self.levels.source)
+        };
+        match skin {
+            Some(track) => track.heights.get(frame).map_or(f64::INFINITY, |height| f64::from(*height) - level),
+            None => positions[frame].y - level,
+        }
+    }
+
+    /// How what stands moves over the floor until the next frame, meters.
+    pub(super) fn step(&self, is_target: bool, frame: usize) -> DVec2 {
+        let (skin, positions, floor) = if is_target {
+            (self.skin.target, &self.positions.target, self.floors.target)
+        } else {
+            (self.skin.source, &self.positions.source, self.floors.source)
+        };
+        let of_skin = skin.and_then(|track| *track.steps.get(frame)?);
+        let step = of_skin.unwrap_or_else(|| (positions[frame + 1] - positions[frame]).xz());
+        step - floor.xz() * (self.times_seconds[frame + 1] - self.times_seconds[frame])
+    }
+}
+
+impl FootPoint {
+    /// Where it is on both sides in every frame.
+    pub(super) fn positions(&self, compared: &Compared) -> Both<Vec<DVec3>> {
+        let motions = Both { source: &compared.source, target: &compared.target };
+        motions.map(|motion| (0..compared.len()).map(|frame| motion.position(frame, self.slot)).collect())
+    }
+
+    pub(super) fn new(
+        part: &str,
+        name: &'static str,
+        rigs: &Both<&Rig<'_>>,
+        joints: Both<usize>,
+        sizes: &Both<Size>,
+        wanted: &mut Wanted,
+    ) -> Self {
+        let anchor = Both {
+            source: sole(rigs.source, joints.source, &sizes.source),
+            target: sole(rigs.target, joints.target, &sizes.target),
+        };
+        Self {
+            part: part.to_owned(),
+            name,
+            joint: joints.target,
+            joints,
+            slot: wanted.point(anchor),
+            joint_slot: wanted.joint(joints),
+            bears: name != "tip",
+        }
+    }
+}
+
+/// The floor under a joint at rest, fixed to the joint; the joint itself where the rig does not stand at rest.
+fn sole(rig: &Rig<'_>, joint: usize, size: &Size) -> Anchor {
+    let rest = rig.rest.transforms()[joint];
+    let (Some(floor), Some(leg)) = (size.floor, size.leg) else { return Anchor::at(joint) };
+    let drop = rig.rest_height(joint) - floor / rig.unit_meters;
+    if drop.abs() * rig.unit_meters > MAX_SOLE * leg {
+        return Anchor::at(joint);
+    }
+    let below = rest.rotation.conjugate() * (rig.up() * -drop);
+    let scale = DVec3::select(rest.scale.cmpeq(DVec3::ZERO), DVec3::ONE, rest.scale);
+    Anchor { joint, offset: below / scale }
+}
+
+/// The end of the longest straight run of first children below a toe.
+pub(super) fn tip(rig: &Rig<'_>, toe: usize) -> usize {
+    let joints = rig.skeleton().joints();
+    let mut current = toe;
+    for (index, joint) in joints.iter().enumerate().skip(toe + 1) {
+        if joint.parent == Some(current) {
+            current = index;
+        }
+    }
+    current
+}
