@@ -205,7 +205,7 @@ impl StagedFiles {
     }
 }
 
-fn unwritable(path: &Path, error: &io::Error) -> Exit {
+pub(super) fn unwritable(path: &Path, error: &io::Error) -> Exit {
     Exit::new(FAILED, format!("output {}: the file cannot be written: {error}", path.display()), "")
 }
 

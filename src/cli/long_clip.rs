@@ -109,8 +109,7 @@ impl LongClip {
         let result = engine::retarget_in_sections(inputs, &knowledge, limits, &control);
         drop(watch);
         let outcome = result.map_err(|failure| files.exit(&failure))?;
-        // What they were to write they have written; the engine ends with that.
-        drop(sinks);
+        outputs.sync(sinks)?;
         outputs.finish_staged(staged, &outcome, &control)?;
         let (counts, seconds) = (&outcome.report.counts, outcome.report.timings.total_seconds);
         let sections = outcome.report.sections.map_or(1, |sections| sections.count);

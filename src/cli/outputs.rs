@@ -2,6 +2,7 @@
 
 use std::{
     fs::File,
+    io::BufWriter,
     path::{Path, PathBuf},
 };
 
@@ -15,7 +16,7 @@ use crate::{
 use super::{
     clips,
     exit::{BAD_USAGE, Exit, FAILED, one_line, report, say, to_json},
-    files::{StagedFiles, check_place, is_standard},
+    files::{StagedFiles, check_place, is_standard, unwritable},
     verdict::{Judged, Judging},
 };
 
@@ -168,6 +169,15 @@ impl OutputArguments {
         Ok((staged, files))
     }
 
+    /// Sees to it that results which were written part by part are on the disk before they are put in their places.
+    pub(super) fn sync(&self, files: Vec<BufWriter<File>>) -> Result<(), Exit> {
+        for (file, path) in files.into_iter().zip(&self.output) {
+            let file = file.into_inner().map_err(|error| unwritable(path, error.error()))?;
+            file.sync_all().map_err(|error| unwritable(path, &error))?;
+        }
+        Ok(())
+    }
+
     /// As [`Self::finish`], of results that are written.
     pub(super) fn finish_staged(
         &self,
@@ -189,6 +199,9 @@ impl OutputArguments {
         let judged = Judged::of(outcome);
         if let Some(judged) = &judged {
             judged.tell("");
+        }
+        if let Some(speed) = outcome.report.measures.as_ref().and_then(|measures| measures.floor_speed()) {
+            say(format_args!("floor: {speed}"));
         }
         say(format_args!("wrote {}: {wrote}", self.names()));
         report(|| self.view(outcome, judged.as_ref()))?;

@@ -75,6 +75,9 @@ fn head(page: &mut String, report: &Value, measures: Option<&Measures>, about: &
             number(measures.score)
         ));
         page.push_str(&format!("<p>{}</p>\n", Escaped(&measures.verdict_reason)));
+        if let Some(speed) = measures.floor_speed() {
+            page.push_str(&format!("<p>floor: {}</p>\n", Escaped(&speed)));
+        }
     }
     let rig = |side: &str| {
         let facts = &report["rigs"][side];

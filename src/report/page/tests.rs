@@ -48,6 +48,15 @@ fn text_of_files_cannot_become_markup() {
 }
 
 #[test]
+fn the_page_says_how_fast_to_move_who_walks_on_the_spot() {
+    let mut report = report();
+    assert!(!report_page(&report, &Illustration::default()).contains("on the spot"), "the sample gets on");
+    report["measures"]["floor_speed_meters_per_second"] = json!({"source": 1.2, "target": 1.345_678});
+    let page = report_page(&report, &Illustration::default());
+    assert!(page.contains("moved at 1.35 m/s (source: 1.20 m/s)"), "the speeds");
+}
+
+#[test]
 fn what_is_missing_is_left_out() {
     for report in [json!({}), json!({"measures": {"score": "odd"}}), json!([1]), Value::Null] {
         let page = report_page(&report, &Illustration::default());

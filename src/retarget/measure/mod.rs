@@ -118,7 +118,20 @@ pub struct Measures {
     pub curves: BTreeMap<String, Curves>,
 }
 
-/// A length on both sides; absent where it is not known.
+impl Measures {
+    /// For people, where the figure walks on the spot: how fast to move it so that its feet do not slide.
+    #[must_use]
+    pub fn floor_speed(&self) -> Option<String> {
+        let SidePair { source, target } = self.floor_speed_meters_per_second?;
+        let source = source.map_or_else(String::new, |source| format!(" (source: {source:.2} m/s)"));
+        Some(format!(
+            "the figure walks on the spot; its feet slide least when it is moved at {:.2} m/s{source}",
+            target?
+        ))
+    }
+}
+
+/// A length or a speed on both sides; absent where it is not known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SidePair {
     /// Of the source.

@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::{code, error, folder, retargetd};
+use crate::support::corpus_file;
 
 const FILES: [&str; 4] = ["--source", "walk.glb", "--target", "mannequin.glb"];
 
@@ -67,4 +68,22 @@ fn strict_fails_on_a_failed_measure() {
     assert_eq!(code(&output), Some(3), "a measure fails: {}", error(&output));
     assert!(error(&output).contains("foot_slide"), "it is named: {}", error(&output));
     assert!(!folder.path().join("out.npz").exists(), "nothing was written");
+}
+
+#[test]
+fn who_walks_on_the_spot_is_told_how_fast_to_move() {
+    let folder = folder();
+    let standing = run(folder.path(), "retarget", &["--output", "out.npz"]);
+    assert!(!error(&standing).contains("on the spot"), "{}", error(&standing));
+    let Some(walk) = corpus_file("mixamo/fbx/walking_noskin.fbx") else { return };
+    let walk = walk.to_str().expect("a path");
+    let arguments = ["retarget", "--source", walk, "--target", "mannequin.glb", "--output", "spot.npz"];
+    let running = retargetd(&[&arguments[..], &["--report", "report.json"]].concat(), folder.path());
+    assert_eq!(code(&running), Some(0), "{}", error(&running));
+    assert!(error(&running).contains("floor: the figure walks on the spot"), "{}", error(&running));
+    let report = std::fs::read_to_string(folder.path().join("report.json")).expect("the report");
+    let report: Value = serde_json::from_str(&report).expect("JSON");
+    let speed = report["measures"]["floor_speed_meters_per_second"]["target"].as_f64().expect("a speed");
+    assert!((0.5..3.0).contains(&speed), "{speed} m/s");
+    assert!(report["measures"]["metrics"]["foot_slide"]["value"].is_number(), "and feet are measured");
 }
