@@ -41,12 +41,13 @@ pub(super) fn running_floors(
     Both { source, target: target.unwrap_or(source * (legs.target / legs.source)) }
 }
 
-/// The same by what points of feet do while the source's stand: at no other speed do they slide less.
+/// The same by what points of feet do while the source's stand: at no other speed do they slide less. Zero where none stands on a floor that runs
+/// so fast.
 pub(super) fn under_standing_feet(traced: &[Traced<'_>], floors: &Both<DVec3>) -> Both<DVec3> {
     if floors.source == DVec3::ZERO {
         return *floors;
     }
-    let mean = |is_target: bool, otherwise: DVec3| {
+    let mean = |is_target: bool| {
         let (mut way, mut seconds) = (DVec2::ZERO, 0.0);
         for traced in traced.iter().filter(|traced| traced.point.bears) {
             let still = traced.standing.source.still_steps().into_iter().enumerate().filter(|(_, still)| *still);
@@ -55,9 +56,9 @@ pub(super) fn under_standing_feet(traced: &[Traced<'_>], floors: &Both<DVec3>) -
                 seconds += traced.times_seconds[frame + 1] - traced.times_seconds[frame];
             }
         }
-        if seconds > 0.0 { DVec3::new(way.x, 0.0, way.y) / seconds } else { otherwise }
+        if seconds > 0.0 { DVec3::new(way.x, 0.0, way.y) / seconds } else { DVec3::ZERO }
     };
-    Both { source: mean(false, floors.source), target: mean(true, floors.target) }
+    Both { source: mean(false), target: mean(true) }
 }
 
 /// Where a point is as seen from a floor that runs.
