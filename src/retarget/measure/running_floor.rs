@@ -11,8 +11,8 @@ use crate::retarget::{
     treadmill::{FootWay, floor_velocity},
 };
 
-/// A foot that is no faster may stand, in leg lengths per second. That below which a contact begins by default, so that measures see the floor run
-/// where the op `contacts` does.
+/// A foot that is no faster may stand, in leg lengths per second. That below which a contact begins by default, so that measures see
+/// the floor run where the op `contacts` does.
 const RESTING_SPEED: f64 = 0.2;
 
 /// How fast the floor runs below both figures, meters a second; zero where the source is not on the spot. Where the target's feet do not
@@ -41,8 +41,8 @@ pub(super) fn running_floors(
     Both { source, target: target.unwrap_or(source * (legs.target / legs.source)) }
 }
 
-/// The same by what points of feet do while the source's stand: at no other speed do they slide less. Zero where none stands on a floor that runs
-/// so fast.
+/// The same by what points of feet do while the source's stand: at no other speed do they slide less. Zero where none stands on a floor
+/// that runs so fast.
 pub(super) fn under_standing_feet(traced: &[Traced<'_>], floors: &Both<DVec3>) -> Both<DVec3> {
     if floors.source == DVec3::ZERO {
         return *floors;

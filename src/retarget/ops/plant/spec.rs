@@ -9,8 +9,9 @@ use crate::retarget::ops::Scope;
 ///
 /// What is held is the point that touches: the heel, then the ball while the heel lifts. Each foot stands where it deviates
 /// least from the pose without this op, and is led there and away smoothly. Where the source walks on the spot, feet go along with the
-/// floor that runs below it, in every mode but `never` and `grounding`; for that they are moved by 2 cm at most, at a leg of 1 m. Where a held foot is out of reach, the pelvis is
-/// moved by the least that brings it into reach. Mask: legs and arms, such as `left_leg` or `right_hind_leg`; default: the legs.
+/// floor that runs below it, in every mode but `never` and `grounding`; for that they are moved by 2 cm at most, at a leg of 1 m. Where
+/// a held foot is out of reach, the pelvis is moved by the least that brings it into reach. Mask: legs and arms, such as `left_leg` or
+/// `right_hind_leg`; default: the legs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(deny_unknown_fields)]
