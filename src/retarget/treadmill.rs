@@ -19,8 +19,6 @@ const MIN_FRAMES: usize = 8;
 pub(in crate::retarget) struct FootWay<'a> {
     /// Where it is, smoothed.
     pub(in crate::retarget) places: &'a [DVec3],
-    /// Along the ground's up axis.
-    pub(in crate::retarget) heights: &'a [f64],
     pub(in crate::retarget) speeds: &'a [f64],
 }
 
@@ -35,7 +33,7 @@ pub(in crate::retarget) fn floor_velocity(
     scale: f64,
     resting_speed: f64,
 ) -> Option<DVec3> {
-    let near: Vec<Vec<usize>> = feet.iter().map(|foot| near_floor(foot.heights, NEAR_METERS * scale)).collect();
+    let near: Vec<Vec<usize>> = feet.iter().map(|foot| near_floor(foot.places, up, NEAR_METERS * scale)).collect();
     let count: usize = near.iter().map(Vec::len).sum();
     let resting = feet.iter().zip(&near).flat_map(|(foot, near)| near.iter().map(|frame| foot.speeds[*frame]));
     let resting = resting.filter(|speed| *speed < resting_speed).count();
@@ -67,9 +65,9 @@ pub(in crate::retarget) fn floor_velocity(
 }
 
 /// The frames in which a point is near the lowest place that it comes to.
-fn near_floor(heights: &[f64], reach: f64) -> Vec<usize> {
-    let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
-    (0..heights.len()).filter(|frame| heights[*frame] - lowest < reach).collect()
+fn near_floor(places: &[DVec3], up: DVec3, reach: f64) -> Vec<usize> {
+    let lowest = places.iter().map(|place| place.dot(up)).fold(f64::INFINITY, f64::min);
+    (0..places.len()).filter(|frame| places[*frame].dot(up) - lowest < reach).collect()
 }
 
 /// Of at least one number.

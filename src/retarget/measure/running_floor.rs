@@ -1,5 +1,7 @@
 //! The floor below figures that walk on the spot: feet stand on it when they go along with it, and slide by what they do beside.
 
+use std::borrow::Cow;
+
 use glam::{DVec2, DVec3};
 
 use super::{
@@ -7,13 +9,10 @@ use super::{
     motion::Both,
 };
 use crate::retarget::{
+    ops::ContactsOp,
     stages::temporal::speeds,
     treadmill::{FootWay, floor_velocity},
 };
-
-/// A foot that is no faster may stand, in leg lengths per second. That below which a contact begins by default, so that measures see
-/// the floor run where the op `contacts` does.
-const RESTING_SPEED: f64 = 0.2;
 
 /// How fast the floor runs below both figures, meters a second; zero where the source is not on the spot. Where the target's feet do not
 /// say, it is the source's for its legs.
@@ -29,10 +28,14 @@ pub(super) fn running_floors(
         points[index].bears && !points[index + 1..].iter().any(follows)
     };
     let feet: Vec<usize> = (0..points.len()).filter(|index| is_last(*index)).collect();
+    // As slow as a contact begins by default, so that measures see the floor run where the op does.
+    let resting_speed = ContactsOp::default().speed_on;
     let below = |pick: fn(&Both<Vec<DVec3>>) -> &Vec<DVec3>, leg: f64| {
-        let ways: Vec<Way<'_>> = feet.iter().map(|foot| Way::new(pick(&positions[*foot]), times_seconds)).collect();
-        let ways: Vec<FootWay<'_>> = ways.iter().map(Way::of_foot).collect();
-        floor_velocity(&ways, times_seconds, DVec3::Y, leg, RESTING_SPEED * leg)
+        let places: Vec<&Vec<DVec3>> = feet.iter().map(|foot| pick(&positions[*foot])).collect();
+        let speeds: Vec<Vec<f64>> = places.iter().map(|places| speeds(places, times_seconds)).collect();
+        let ways: Vec<FootWay<'_>> =
+            places.iter().zip(&speeds).map(|(places, speeds)| FootWay { places, speeds }).collect();
+        floor_velocity(&ways, times_seconds, DVec3::Y, leg, resting_speed * leg)
     };
     let Some(source) = below(|both| &both.source, legs.source) else {
         return Both::default();
@@ -47,38 +50,23 @@ pub(super) fn under_standing_feet(traced: &[Traced<'_>], floors: &Both<DVec3>) -
     if floors.source == DVec3::ZERO {
         return *floors;
     }
-    let mean = |is_target: bool| {
-        let (mut way, mut seconds) = (DVec2::ZERO, 0.0);
-        for traced in traced.iter().filter(|traced| traced.point.bears) {
-            let still = traced.standing.source.still_steps().into_iter().enumerate().filter(|(_, still)| *still);
-            for (frame, _) in still {
-                way += traced.step(is_target, frame);
-                seconds += traced.times_seconds[frame + 1] - traced.times_seconds[frame];
-            }
+    let (mut ways, mut seconds) = (Both::<DVec2>::default(), 0.0);
+    for traced in traced.iter().filter(|traced| traced.point.bears) {
+        let still = traced.standing.source.still_steps().into_iter().enumerate().filter(|(_, still)| *still);
+        for (frame, _) in still {
+            ways.source += traced.step(false, frame);
+            ways.target += traced.step(true, frame);
+            seconds += traced.times_seconds[frame + 1] - traced.times_seconds[frame];
         }
-        if seconds > 0.0 { DVec3::new(way.x, 0.0, way.y) / seconds } else { DVec3::ZERO }
-    };
-    Both { source: mean(false), target: mean(true) }
+    }
+    let mean = |way: &DVec2| if seconds > 0.0 { DVec3::new(way.x, 0.0, way.y) / seconds } else { DVec3::ZERO };
+    ways.map(mean)
 }
 
-/// Where a point is as seen from a floor that runs.
-pub(super) fn over_floor(positions: &[DVec3], velocity: DVec3, times_seconds: &[f64]) -> Vec<DVec3> {
+/// Where a point is as seen from a floor that runs or stands.
+pub(super) fn over_floor<'p>(positions: &'p [DVec3], velocity: DVec3, times_seconds: &[f64]) -> Cow<'p, [DVec3]> {
+    if velocity == DVec3::ZERO {
+        return positions.into();
+    }
     positions.iter().zip(times_seconds).map(|(position, time)| *position - velocity * *time).collect()
-}
-
-/// A point of a foot over the clip.
-struct Way<'a> {
-    places: &'a [DVec3],
-    heights: Vec<f64>,
-    speeds: Vec<f64>,
-}
-
-impl<'a> Way<'a> {
-    fn new(places: &'a [DVec3], times_seconds: &[f64]) -> Self {
-        Self { places, heights: places.iter().map(|place| place.y).collect(), speeds: speeds(places, times_seconds) }
-    }
-
-    fn of_foot(&self) -> FootWay<'_> {
-        FootWay { places: self.places, heights: &self.heights, speeds: &self.speeds }
-    }
 }

@@ -292,7 +292,7 @@ impl Tracked {
     }
 
     fn way(&self) -> FootWay<'_> {
-        FootWay { places: &self.smooth, heights: &self.heights, speeds: &self.speeds }
+        FootWay { places: &self.smooth, speeds: &self.speeds }
     }
 
     /// The same with speeds over a floor that runs.

@@ -164,7 +164,7 @@ impl PlantStage {
     fn missing_step(&self, foot: &Foot, part: usize, frame: usize) -> DVec3 {
         let Some(of_source) = foot.source_step(part, frame) else { return DVec3::ZERO };
         let wanted = match (foot.running_floor, self.op.mode) {
-            (Some(floor), _) => of_source + self.horizontal(of_source) * (floor.share - 1.0),
+            (Some(floor), _) => of_source + of_source.reject_from_normalized(self.up) * (floor.share - 1.0),
             (None, PlantMode::Always) => DVec3::ZERO,
             (None, _) => of_source,
         };
@@ -187,14 +187,15 @@ impl PlantStage {
         let middle = &contact[skipped..contact.len() - skipped];
         let mean = middle.iter().map(|correction| correction.offset).sum::<DVec3>() / middle.len() as f64;
         for correction in contact {
-            let offset = correction.offset - mean;
+            let mut offset = correction.offset - mean;
             let raised = self.up * offset.dot(self.up);
-            let along = offset - raised;
-            let along = foot.running_floor.map_or(along, |floor| floor.limited(along));
+            if let Some(floor) = foot.running_floor {
+                offset = floor.limited(offset - raised) + raised;
+            }
             correction.offset = match self.op.mode {
                 PlantMode::Grounding => raised,
-                _ if self.leaves_height => along,
-                _ => along + raised,
+                _ if self.leaves_height => offset - raised,
+                _ => offset,
             };
         }
     }

@@ -37,17 +37,13 @@ impl PlantStage {
                 let Some(track) = track else { continue };
                 let stays = |frame: &usize| track.touches[*frame] && track.touches[frame + 1];
                 for frame in (0..track.touches.len().saturating_sub(1)).filter(stays) {
-                    let wanted = foot.source_step(part, frame).map_or(DVec3::ZERO, |step| self.horizontal(step));
+                    let wanted = foot.source_step(part, frame).unwrap_or_default().reject_from_normalized(self.up);
                     along += wanted.dot(foot.target_step(part, frame));
                     square += wanted.length_squared();
                 }
             }
         }
         if square > 0.0 { along / square } else { 1.0 }
-    }
-
-    pub(super) fn horizontal(&self, step: DVec3) -> DVec3 {
-        step - self.up * step.dot(self.up)
     }
 }
 

@@ -29,6 +29,12 @@ fn track(positions: Vec<DVec3>, touches: std::ops::Range<usize>) -> Option<Point
     Some(PointTrack { speeds: speeds(&positions, &times()), positions, touches })
 }
 
+/// On a floor that stands; the target has the points that the source has.
+fn foot(scale: f64, tracks: [Option<PointTrack>; 3], targets: Vec<[DVec3; 3]>) -> Foot {
+    let has_point = tracks.each_ref().map(Option::is_some);
+    Foot { scale, still_speed: 0.05, swing: 0.03, tracks, has_point, targets, running_floor: None }
+}
+
 /// Positions of a point of the target after the corrections.
 fn planted(stage: &PlantStage, foot: &Foot, part: usize) -> (Vec<DVec3>, Vec<Correction>) {
     let corrections = stage.corrections(foot, &times());
@@ -42,15 +48,7 @@ fn a_foot_that_slides_beside_its_source_is_held() {
     let source = (0..FRAMES).map(|frame| DVec3::Z * 0.001 * frame as f64).collect();
     let targets = (0..FRAMES).map(|frame| [DVec3::X * 0.01 * frame as f64; 3]).collect();
     let tracks = [track(source, 10..31), None, None];
-    let foot = Foot {
-        scale: 2.0,
-        still_speed: 0.05,
-        swing: 0.03,
-        tracks,
-        has_point: [true, false, false],
-        targets,
-        running_floor: None,
-    };
+    let foot = foot(2.0, tracks, targets);
     let (places, corrections) = planted(&stage(PlantMode::Auto), &foot, 0);
     for frame in 10..30 {
         let step = places[frame + 1] - places[frame];
@@ -80,15 +78,7 @@ fn the_ball_is_held_while_the_heel_lifts() {
         [place - pitch * ball, place, place]
     });
     let tracks = [track(still(DVec3::ZERO), 5..20), track(still(ball), 5..30), None];
-    let foot = Foot {
-        scale: 1.0,
-        still_speed: 0.05,
-        swing: 0.03,
-        tracks,
-        has_point: [true, true, false],
-        targets: targets.collect(),
-        running_floor: None,
-    };
+    let foot = foot(1.0, tracks, targets.collect());
     let (places, _) = planted(&stage(PlantMode::Auto), &foot, 1);
     let slid = places[24..30].windows(2).map(|pair| pair[0].distance(pair[1])).fold(0.0, f64::max);
     assert!(slid < 1e-12, "the ball stands: {slid}");
