@@ -50,7 +50,7 @@ export function listenToParent() {
   watch(["report", "result"], () => {
     if (!origin || !state.report || !state.result) return;
     const { verdict, verdict_reason: reason } = state.report.measures ?? {};
-    parent.postMessage({ type: "retargetd:result", job: state.job, result: state.result, verdict, verdict_reason: reason, config: structuredClone(state.config) }, origin);
+    parent.postMessage({ type: "retargetd:result", job: state.job, result: state.result, verdict, verdict_reason: reason, config: structuredClone(state.resultConfig) }, origin);
   });
   // Holds nothing of anybody.
   parent.postMessage({ type: "retargetd:ready" }, "*");

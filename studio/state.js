@@ -16,6 +16,7 @@
  * @property {Report|null} report of the latest result
  * @property {string} job of the latest result
  * @property {string} result the latest result
+ * @property {Config|null} resultConfig what the latest result was made with: not `config` for as long as a change waits for its result
  * @property {Motion|null} motion of the latest result
  * @property {{motion: Motion, report: Report, result: string, config: Config}|null} pinned what is compared with
  * @property {boolean} showsPinned whether the pinned one is shown in place of the latest
@@ -31,8 +32,8 @@
 
 /** @type {State} */
 export const state = {
-  source: null, target: null, config: {}, proposal: null, report: null, job: "", result: "", motion: null, pinned: null,
-  showsPinned: false, joint: "", sourceJoint: "", seconds: 0, frame: 0, busy: false, progress: "", posing: false, schema: null,
+  source: null, target: null, config: {}, proposal: null, report: null, job: "", result: "", resultConfig: null, motion: null,
+  pinned: null, showsPinned: false, joint: "", sourceJoint: "", seconds: 0, frame: 0, busy: false, progress: "", posing: false, schema: null,
 };
 
 /** @type {Map<string, Set<() => void>>} */

@@ -54,7 +54,7 @@ export async function useAsset(slot, asset) {
     delete config.clip;
     delete config.edit;
   }
-  set({ [slot]: asset, config, proposal: null, motion: null, report: null, job: "", result: "", pinned: null, showsPinned: false });
+  set({ [slot]: asset, config, proposal: null, motion: null, report: null, job: "", result: "", resultConfig: null, pinned: null, showsPinned: false });
   for (const call of shown) call();
 }
 
@@ -92,9 +92,12 @@ export function pair(config = state.config) {
   return { source: { asset: state.source?.id }, target: { asset: state.target?.id }, config };
 }
 
-/** What is seen while something is changed: joints and animation, which is all that changes. */
-function forView() {
-  return { ...state.config, output: { format: "glb", include: "skeleton+animation", target_clips: "drop" } };
+/**
+ * What is seen while something is changed: joints and animation, which is all that changes.
+ * @param {Config} config
+ */
+function forView(config) {
+  return { ...config, output: { format: "glb", include: "skeleton+animation", target_clips: "drop" } };
 }
 
 async function run() {
@@ -105,8 +108,9 @@ async function run() {
   set({ busy: true });
   const begun = performance.now();
   const { signal } = own;
+  const { config } = state;
   try {
-    const answer = await request("/v1/retarget", { json: pair(forView()), signal, headers: { accept: "model/gltf-binary", prefer: "wait=60" } });
+    const answer = await request("/v1/retarget", { json: pair(forView(config)), signal, headers: { accept: "model/gltf-binary", prefer: "wait=60" } });
     const job = answer.headers.get("job-id") ?? "";
     const bytes = answer.status === 202 ? await awaited(job, signal) : await answer.arrayBuffer();
     const motion = readMotion(bytes);
@@ -118,7 +122,7 @@ async function run() {
     ]);
     if (signal.aborted) return;
     hideProblem();
-    set({ report, result: record.results[0]?.id ?? "" });
+    set({ report, result: record.results[0]?.id ?? "", resultConfig: config });
     await propose(signal);
   } catch (error) {
     if (!signal.aborted) showProblem(error);

@@ -59,8 +59,8 @@ export function reportPanel(panel, onPlace) {
 
 /** Pins the latest result, to be compared with the next. */
 export function pin() {
-  const { motion, report, result, config } = state;
-  if (motion && report && result) set({ pinned: { motion, report, result, config: structuredClone(config) }, showsPinned: false });
+  const { motion, report, result, resultConfig: config } = state;
+  if (motion && report && result && config) set({ pinned: { motion, report, result, config: structuredClone(config) }, showsPinned: false });
 }
 
 /** @param {Record<string, any>|null} comparison */

@@ -21,7 +21,6 @@ const JOURNEYS = {
     assert.equal(undone, false, "undone by key");
     await page.keyboard.press("Control+z");
     assert.deepEqual(await page.evaluate(() => studio.state.config), {}, "nothing is left of it");
-    await page.waitForTimeout(300);
     await result(page);
   },
 
@@ -47,7 +46,6 @@ const JOURNEYS = {
     await page.waitForSelector(".why ol li");
     await page.click("text=Take changes back");
     await page.waitForFunction(() => Object.keys(studio.state.config).length === 0);
-    await page.waitForTimeout(300);
     await result(page);
   },
 
@@ -56,9 +54,13 @@ const JOURNEYS = {
     const start = page.locator('[aria-label="The clip begins here"]');
     const trimmed = await changed(page, async () => {
       await start.focus();
-      for (let press = 0; press < 3; press += 1) await page.keyboard.press("PageUp");
+      for (let press = 1; press <= 3; press += 1) {
+        await page.keyboard.press("PageUp");
+        // A busy browser handles a key some time after it was pressed.
+        await page.waitForFunction((press) => studio.state.config.edit?.range[0] > press * 0.35, press);
+      }
     });
-    assert.ok(trimmed.frames < 121 && trimmed.config.edit.range[0] > 0.1, `shorter: ${JSON.stringify(trimmed)}`);
+    assert.ok(trimmed.frames < 121, `shorter: ${JSON.stringify(trimmed)}`);
     const looped = await changed(page, () => page.locator(".field", { hasText: /^loop/ }).locator("input").check());
     assert.ok(looped.frames > trimmed.frames * 1.8, `twice: ${trimmed.frames} to ${looped.frames}`);
     await changed(page, () => page.click("text=Take all edits back"));

@@ -43,11 +43,11 @@ export async function withStudio(url, work, { path = "/studio/", colorScheme = "
   }
 }
 
-/** Waits for a result that is newer than the one of that job. */
+/** Waits for a result that is newer than the one of that job, and of the config as it is: no change waits for its own. */
 export async function result(page, before = "") {
   const isThere = (job) => {
     const { state } = globalThis.studio;
-    return state.report !== null && state.result !== "" && state.job !== job && !state.busy;
+    return state.report !== null && state.result !== "" && state.job !== job && state.resultConfig === state.config && !state.busy;
   };
   await page.waitForFunction(isThere, before);
   return page.evaluate(() => ({ job: studio.state.job, verdict: studio.state.report.measures?.verdict, score: studio.state.report.measures?.score, frames: studio.state.report.counts.frames, config: studio.state.config }));
