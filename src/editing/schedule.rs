@@ -18,8 +18,11 @@ pub(super) struct Schedule {
     moments: Vec<Moment>,
 }
 
-/// Times nearer than this share of a frame are one time.
+/// Times nearer than this share of a frame are one time, where frames are laid anew.
 const SAME_SHARE: f64 = 1e-6;
+/// An end nearer than this share of a frame to a key is that key. Files keep times as `f32` or in few decimals, so that a key said to be
+/// at 1.2 s is not quite there, and a frame that short has speeds that are rounding alone.
+const END_SHARE: f64 = 0.01;
 
 impl Schedule {
     /// The clip as it is, from 0.
@@ -48,17 +51,19 @@ impl Schedule {
         self.moments[self.moments.len() - 1].at
     }
 
-    /// From one time of the clip to another, with frames at both; `start` before `end`, or equal for a single frame.
+    /// From one time of the clip to another, with frames at both; `start` before `end`, or equal for a single frame. A key that is next
+    /// to an end stands for it.
     ///
     /// Only for a schedule in which the clip still runs as it is.
     pub(super) fn crop(&mut self, start: f64, end: f64) {
-        let slack = self.typical_step() * SAME_SHARE;
+        let slack = self.typical_step() * END_SHARE;
+        let (start, end) = (self.snapped(start, slack), self.snapped(end, slack));
         let mut kept: Vec<Moment> = Vec::with_capacity(self.moments.len() + 2);
-        kept.push(Moment { at: 0.0, from: self.snapped(start, slack) });
+        kept.push(Moment { at: 0.0, from: start });
         let inside = |moment: &&Moment| moment.from > start + slack && moment.from < end - slack;
         kept.extend(self.moments.iter().filter(inside).map(|moment| Moment { at: moment.from - start, ..*moment }));
         if end > start + slack {
-            kept.push(Moment { at: end - start, from: self.snapped(end, slack) });
+            kept.push(Moment { at: end - start, from: end });
         }
         self.moments = kept;
     }
@@ -173,6 +178,18 @@ mod tests {
         assert_eq!(times(&cropped), [(0.0, 1.1), (0.15, 1.25), (0.4, 1.5), (0.65, 1.75)], "no key twice");
         cropped.crop(1.5, 1.5);
         assert_eq!(times(&cropped), [(0.0, 1.5)], "a single frame");
+    }
+
+    #[test]
+    fn an_end_that_rounding_put_beside_a_key_is_the_key() {
+        let keys: Vec<f64> = (0..=120).map(|frame| f64::from(frame as f32 / 30.0)).collect();
+        for (start, end) in [(1.2, 3.4), (1.7, 2.3), (0.9, 3.1)] {
+            let mut cropped = Schedule::new(&keys);
+            cropped.crop(start, end);
+            let steps = cropped.moments().windows(2).map(|pair| pair[1].at - pair[0].at);
+            assert!(steps.into_iter().all(|step| (step * 30.0 - 1.0).abs() < 1e-4), "{start} to {end}: whole frames");
+            assert!(cropped.moments().iter().all(|moment| keys.contains(&moment.from)), "{start} to {end}: keys");
+        }
     }
 
     #[test]

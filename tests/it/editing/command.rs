@@ -72,6 +72,21 @@ fn a_retarget_edits_on_its_way() {
     assert!((times[48] - 2.0).abs() < 1e-6, "the last at the end");
 }
 
+/// The file has its 36th frame at 1.2 s as an `f32`, a moment later: two frames for one failed over an elbow that moved in no time.
+#[test]
+fn a_clip_that_is_trimmed_at_a_frame_has_no_frame_beside_it() {
+    let folder = Folder::new();
+    for (range, frames) in [([1.2, 4.0], 85), ([0.0, 3.3], 100), ([0.7, 1.7], 31)] {
+        let arguments = ["retarget", "--source", "walk.glb", "--target", "mannequin.glb", "--output", "out.glb"];
+        let output =
+            folder.run(&[&arguments[..], &["--report", "report.json"]].concat(), &json!({"edit": {"range": range}}));
+        assert_eq!(output.status.code(), Some(0), "{}", error(&output));
+        let report = folder.json("report.json");
+        assert_eq!(report["counts"]["frames"], frames, "{range:?}");
+        assert_eq!(report["measures"]["verdict"], "pass", "{range:?}: {}", report["measures"]["verdict_reason"]);
+    }
+}
+
 #[test]
 fn what_cannot_be_done_is_refused_with_its_place() {
     let folder = Folder::new();

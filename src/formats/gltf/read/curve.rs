@@ -15,6 +15,10 @@ const STEP_LEAD_SECONDS: f64 = 1e-4;
 /// Times between keys that are as close to a key, or to one another, are left out; less than the lead of a step.
 const SAME_SECONDS: f32 = 5e-5;
 
+/// Keys of several channels that are as close are one: exporters round the same frame differently. Some steps of an `f32` at a minute or
+/// two, and less than the lead of a step.
+const SAME_KEY_SECONDS: f32 = 2e-5;
+
 /// How values between keys are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Interpolation {
@@ -228,7 +232,8 @@ impl<T: Value> Curve<T> {
     }
 }
 
-/// Sorted union of times that each rise.
+/// Sorted union of times that each rise; keys that differ by rounding are one, at the last of their times, where every one of them is
+/// reached.
 pub(super) fn union(all: &[Rc<Vec<f32>>], between: Vec<f32>) -> Vec<f32> {
     let mut union: Vec<f32> = all.first().map_or_else(Vec::new, |first| first.to_vec());
     let mut is_sorted = true;
@@ -243,7 +248,13 @@ pub(super) fn union(all: &[Rc<Vec<f32>>], between: Vec<f32>) -> Vec<f32> {
     }
     // Runs that rise already are found and merged.
     union.sort_by(f32::total_cmp);
-    union.dedup();
+    let mut first = union.first().copied().unwrap_or_default();
+    union.dedup_by(|later, kept| {
+        let is_same = *later - first <= SAME_KEY_SECONDS;
+        let changed = if is_same { kept } else { &mut first };
+        *changed = *later;
+        is_same
+    });
     // Curves of equal keys are cut at the same times but for rounding: one sample does for all.
     let is_far = |time: f32, other: Option<&f32>| other.is_none_or(|other| (time - other).abs() > SAME_SECONDS);
     let mut between = between;
@@ -286,6 +297,19 @@ mod tests {
         let between = cubic.times_between_keys(1000).expect("few");
         assert_eq!(between.len(), 119, "sixty per second, without the ends");
         assert_eq!(cubic.times_between_keys(100), Err(120), "too many");
+    }
+
+    #[test]
+    fn keys_that_differ_by_rounding_are_one() {
+        let [mut early, mut late] = [vec![0.0], vec![0.0]];
+        for frame in 1..=90 {
+            early.push(frame as f32 / 30.0);
+            late.push((frame as f32 / 30.0).next_up());
+        }
+        let times = union(&[Rc::new(early), Rc::new(late.clone())], Vec::new());
+        assert_eq!(times, late, "each at its last time, where a step has happened in every channel");
+        let near = union(&[Rc::new(vec![0.0, 0.001]), Rc::new(vec![0.001 + 3e-5])], Vec::new());
+        assert_eq!(near, [0.0, 0.001, 0.001 + 3e-5], "what lies apart stays so");
     }
 
     #[test]
