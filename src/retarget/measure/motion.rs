@@ -16,6 +16,10 @@ use crate::{
 /// Frames that one thread takes at a time.
 pub(super) const CHUNK_FRAMES: usize = 256;
 
+/// Frames that last longer, 24 a second, are not asked to change less: what a body does within one grows with its length, and with the
+/// square of it where speeds change. Seconds.
+pub(super) const LONGEST_FRAME_SECONDS: f64 = 1.0 / 24.0;
+
 /// A point that is fixed to a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {

@@ -4,7 +4,7 @@ use super::{
     body::first_joint,
     limbs::angle,
     metric::{Finding, Reading, Series},
-    motion::{Both, Compared, Wanted},
+    motion::{Both, Compared, LONGEST_FRAME_SECONDS, Wanted},
 };
 use crate::rig::Rig;
 
@@ -72,7 +72,8 @@ impl Pops {
 }
 
 impl Bend {
-    /// How much the speed of the bend changes at each frame, in degrees per frame²; NaN at the ends of a run.
+    /// How much the speed of the bend changes at each frame, in degrees per frame²; NaN at the ends of a run. Of longer frames as much as
+    /// one of [`LONGEST_FRAME_SECONDS`] would have of it.
     fn changes(&self, compared: &Compared, is_target: bool) -> Vec<f64> {
         let side = compared.side(is_target);
         let bend = |frame: usize| {
@@ -87,7 +88,9 @@ impl Bend {
                 let (before, after) = (times[frame] - times[frame - 1], times[frame + 1] - times[frame]);
                 let change = (bends[frame + 1] - bends[frame]) / after - (bends[frame] - bends[frame - 1]) / before;
                 // Keys may lie unevenly; a frame is as long as the two about it are on the mean.
-                changes[frame] = change.abs() * f64::midpoint(before, after);
+                let frame_seconds = f64::midpoint(before, after);
+                let share = (LONGEST_FRAME_SECONDS / frame_seconds).min(1.0);
+                changes[frame] = change.abs() * frame_seconds * share * share;
             }
         }
         changes

@@ -34,6 +34,10 @@ fn joint(skeleton: &Skeleton, name: &str) -> (usize, Transform) {
 
 /// A clip from the rest pose, with a change of each frame.
 fn clip(skeleton: &Skeleton, frames: usize, change: impl Fn(usize, &mut LocalPose)) -> Clip {
+    clip_at(FPS, skeleton, frames, change)
+}
+
+fn clip_at(fps: f64, skeleton: &Skeleton, frames: usize, change: impl Fn(usize, &mut LocalPose)) -> Clip {
     let poses: Vec<LocalPose> = (0..frames)
         .map(|frame| {
             let mut pose = skeleton.rest_pose();
@@ -46,7 +50,7 @@ fn clip(skeleton: &Skeleton, frames: usize, change: impl Fn(usize, &mut LocalPos
         rotation: Track::Sampled(poses.iter().map(|pose| pose.transforms()[joint].rotation.as_quat()).collect()),
         scale: Track::Rest,
     });
-    let times = (0..frames).map(|frame| frame as f64 / FPS).collect();
+    let times = (0..frames).map(|frame| frame as f64 / fps).collect();
     Clip::new("made".into(), times, tracks.collect()).expect("a valid clip")
 }
 

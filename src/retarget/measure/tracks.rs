@@ -2,14 +2,18 @@
 
 use glam::Quat;
 
-use super::metric::{Finding, Reading};
+use super::{
+    metric::{Finding, Reading},
+    motion::LONGEST_FRAME_SECONDS,
+};
 use crate::{
     model::{Clip, Skeleton, Track},
     retarget::mapping::{Mapping, TwistAgainst},
     rig::Rig,
 };
 
-/// A change of a local rotation from one frame to the next that counts as a jump: 20°. Half of its cosine, as quaternions have it.
+/// A change of a local rotation from one frame to the next that counts as a jump, where the frame is no longer than
+/// [`LONGEST_FRAME_SECONDS`]; in proportion to its length where it is.
 const JUMP_DEGREES: f64 = 20.0;
 /// A jump that the source has at least this share of is the source's.
 const SHARE_OF_SOURCE: f64 = 0.5;
@@ -55,6 +59,7 @@ pub(super) fn rotation_steps(
     let is_visible = visible(mapping, target);
     #[expect(clippy::cast_possible_truncation, reason = "a cosine")]
     let least_cosine = (JUMP_DEGREES / 2.0).to_radians().cos() as f32;
+    let times = result.times_seconds();
     for (joint, tracks) in result.joints().iter().enumerate() {
         let Track::Sampled(rotations) = &tracks.rotation else { continue };
         any = true;
@@ -71,6 +76,9 @@ pub(super) fn rotation_steps(
                 continue;
             }
             let own = step_degrees(rotations, frame);
+            if own <= JUMP_DEGREES * ((times[frame + 1] - times[frame]) / LONGEST_FRAME_SECONDS).max(1.0) {
+                continue;
+            }
             let drivers = drivers.get_or_insert_with(|| drivers_of(mapping, source, target));
             let of_source: f64 = drivers[joint]
                 .iter()

@@ -302,8 +302,8 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 2.0,
-        about: "local rotations that change by more than 20° from one frame to the next where the source's do not change half as much; of \
-                a target with a skin, of joints that are driven or move the skin",
+        about: "local rotations that change by more than 20° from one frame to the next (of frames longer than 1/24 s by as much more) where \
+                the source's do not change half as much; of a target with a skin, of joints that are driven or move the skin",
     },
     MetricInfo {
         metric: MetricName::QuaternionContinuity,
@@ -403,7 +403,8 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 2.0,
-        about: "change of a knee's speed from one frame to the next beyond the source's within two frames; largest",
+        about: "change of a knee's speed from one frame to the next beyond the source's within two frames; largest. Frames longer than \
+                1/24 s count as if they were that long",
     },
     MetricInfo {
         metric: MetricName::ElbowPop,

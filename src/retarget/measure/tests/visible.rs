@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3, Vec3};
 
 use super::{
-    Measures, Verdict, clip, close, joint, leg, measure, measured, measured_onto, move_root, turn, value, verdict,
-    walker,
+    Measures, Verdict, clip, clip_at, close, joint, leg, measure, measured, measured_onto, move_root, turn, value,
+    verdict, walker,
 };
 use crate::{
     model::{
@@ -151,6 +151,31 @@ fn a_knee_that_springs_is_named() {
     assert!((11..=12).contains(&metric.worst[0].frame), "when: {metric:?}");
     let own = measured(&scene, &springs, &springs, ReportDetail::Summary);
     close(value(&own, MetricName::KneePop), 0.0, 1e-6, "the source's own");
+}
+
+/// At twelve frames a second a knee that swings smoothly changes its speed by four times as much per frame as at 24, and turns by
+/// twice as much.
+#[test]
+fn a_smooth_knee_passes_at_every_frame_rate() {
+    let scene = walker();
+    let measures = |fps: f64| {
+        let swinging = |degrees: f64| {
+            clip_at(fps, &scene.skeleton, 40, |frame, pose| {
+                let phase = std::f64::consts::TAU * frame as f64 / fps;
+                let bend = (80.0 - degrees * phase.cos()).to_radians();
+                turn(pose, &scene.skeleton, "mixamorig:LeftLeg", DQuat::from_rotation_x(bend));
+            })
+        };
+        measured(&scene, &swinging(5.0), &swinging(55.0), ReportDetail::Summary)
+    };
+    let (fine, film, coarse) = (measures(60.0), measures(24.0), measures(12.0));
+    let (at_24, at_12) = (value(&film, MetricName::KneePop), value(&coarse, MetricName::KneePop));
+    close(at_24, 50.0 * 2.0 * (1.0 - (std::f64::consts::TAU / 24.0).cos()), 0.02, "the second difference of the swing");
+    close(at_12, at_24, 0.1, "a fourth of its own");
+    assert!(value(&fine, MetricName::KneePop) < at_24 / 6.0, "shorter frames count as they are");
+    for (measures, what) in [(fine, "60"), (film, "24"), (coarse, "12")] {
+        close(value(&measures, MetricName::RotationJumps), 0.0, 0.0, what);
+    }
 }
 
 #[test]
