@@ -12,6 +12,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{
+    agreement::disagreement,
     body::Size,
     contacts::{HEIGHT_ON, Standing, find_standing, intervals},
     foot_points::{FootPoint, Traced, tip},
@@ -212,7 +213,7 @@ impl Feet {
             slide,
             penetration: self.penetration(&traced, &heights, &skins, compared),
             float: self.float(&bearing, compared),
-            disagreement: disagreement(&bearing),
+            disagreement: disagreement(&bearing, frames).ok_or(NO_CONTACT),
             contacts,
             contacts_left_out,
             heights,
@@ -486,29 +487,4 @@ fn flat(bearing: &[&Traced<'_>]) -> BTreeMap<String, Vec<bool>> {
         flat.iter_mut().zip(stands).for_each(|(flat, stands)| *flat &= stands);
     }
     feet
-}
-
-/// 1 − F1 of frames in contact; nothing where the source never stands.
-fn disagreement(bearing: &[&Traced<'_>]) -> Finding {
-    let mut reading = Reading::default();
-    let (mut all_both, mut all_either, mut of_source) = (0_usize, 0_usize, 0_usize);
-    for traced in bearing {
-        let (source, target) = (&traced.standing.source.stands, &traced.standing.target.stands);
-        let count = |stands: &[bool]| stands.iter().filter(|stands| **stands).count();
-        let both = source.iter().zip(target).filter(|(source, target)| **source && **target).count();
-        let sum = count(source) + count(target);
-        all_both += both;
-        all_either += sum;
-        of_source += count(source);
-        if sum > 0 {
-            let part = format!("{} {}", traced.point.part, traced.point.name);
-            reading.parts.insert(part, 1.0 - 2.0 * both as f64 / sum as f64);
-        }
-    }
-    // Where the source never stands there is nothing to agree with.
-    if of_source == 0 {
-        return Err(NO_CONTACT);
-    }
-    reading.value = 1.0 - 2.0 * all_both as f64 / all_either as f64;
-    Ok(reading)
 }

@@ -8,6 +8,7 @@
 //! Feet, knees, the spine and the pelvis are looked at in every frame, the rest of long clips in runs of neighboring frames, evenly spread, unless a
 //! full report is asked for.
 
+mod agreement;
 mod bends;
 mod body;
 mod collisions;

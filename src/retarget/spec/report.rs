@@ -240,7 +240,8 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "1 − F1 of the target's own foot contacts against the source's, frame by frame",
+        about: "1 − F1 of the target's own foot contacts against the source's, frame by frame; what begins or ends within 0.05 s of the \
+                source's, or a frame, agrees",
     },
     MetricInfo {
         metric: MetricName::LimbDirection,
