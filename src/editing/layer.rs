@@ -142,7 +142,8 @@ pub fn layered(
     }
     let morphs = layer.morphs(&below.morphs(base.morphs()), &above.morphs(motion.morphs()), motion, &seams);
     let contacts = layer.contacts(&below.contacts(base.contacts()), &above.contacts(motion.contacts()), &seams);
-    Ok(Clip::new(motion.name().to_owned(), times.to_vec(), joints)?.with_morphs(morphs)?.with_contacts(contacts)?)
+    let layered = Clip::new(motion.name().to_owned(), times.to_vec(), joints)?.with_tempo(motion.tempo());
+    Ok(layered.with_morphs(morphs)?.with_contacts(contacts)?)
 }
 
 /// The motion with a reference taken out, as changes of the rest pose: what `add` puts on top, as a clip of its own.

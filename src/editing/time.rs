@@ -126,7 +126,8 @@ pub fn edit_time_by(
     if let Some(start) = spec.start_seconds {
         in_range("start_seconds", start, -1e6, 1e6)?;
     }
-    sample(clip, &schedule, spec.fps)
+    let edited = sample(clip, &schedule, spec.fps)?;
+    Ok(edited.with_tempo(own.tempo() * spec.speed.unwrap_or(1.0)))
 }
 
 /// The clip at the moments of a schedule.

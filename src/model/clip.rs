@@ -19,6 +19,7 @@ pub struct Clip {
     contacts: Vec<JointContacts>,
     morphs: Vec<MorphTrack>,
     sparse_keys: Option<Arc<SparseKeys>>,
+    tempo: f64,
 }
 
 /// When a joint rests on something.
@@ -86,7 +87,7 @@ impl Clip {
     /// The same for one who has looked at every value already: reading the whole clip once more is what takes longest here.
     pub(crate) fn of_checked(name: String, times_seconds: Vec<f64>, joints: Vec<JointTracks>) -> Self {
         debug_assert_eq!(check(&times_seconds, &joints), Ok(()), "it has been looked at");
-        Self { name, times_seconds, joints, contacts: Vec::new(), morphs: Vec::new(), sparse_keys: None }
+        Self { name, times_seconds, joints, contacts: Vec::new(), morphs: Vec::new(), sparse_keys: None, tempo: 1.0 }
     }
 
     /// The same clip with what is known of contacts.
@@ -107,8 +108,8 @@ impl Clip {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_joints(self, joints: Vec<JointTracks>) -> Result<Self, ClipError> {
-        let Self { name, times_seconds, contacts, morphs, .. } = self;
-        Ok(Self { contacts, morphs, ..Self::new(name, times_seconds, joints)? })
+        let Self { name, times_seconds, contacts, morphs, tempo, .. } = self;
+        Ok(Self { contacts, morphs, tempo, ..Self::new(name, times_seconds, joints)? })
     }
 
     /// When joints rest on something, where that is known.
@@ -156,6 +157,24 @@ impl Clip {
     #[must_use]
     pub const fn sparse_keys(&self) -> Option<&Arc<SparseKeys>> {
         self.sparse_keys.as_ref()
+    }
+
+    /// The same clip, known to show so many seconds of what was performed in each of its own: 0.5 where it was slowed down to half.
+    #[must_use]
+    pub fn with_tempo(self, tempo: f64) -> Self {
+        Self { tempo, ..self }
+    }
+
+    /// How many seconds of what was performed a second of the clip shows; 1 where nobody changed that.
+    #[must_use]
+    pub const fn tempo(&self) -> f64 {
+        self.tempo
+    }
+
+    /// Key times on the clock of the performance: how fast a body moves, and how long a foot stands, is known for that one.
+    #[must_use]
+    pub fn performed_seconds(&self) -> Vec<f64> {
+        self.times_seconds.iter().map(|time| time * self.tempo).collect()
     }
 
     /// Key times in seconds, rising.
@@ -246,6 +265,7 @@ impl Clip {
             contacts: self.contacts.iter().map(contact).collect(),
             morphs: self.morphs.iter().map(morph).collect(),
             sparse_keys: None,
+            tempo: self.tempo,
         }
     }
 

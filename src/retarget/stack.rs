@@ -72,10 +72,12 @@ impl Stack {
             let (contacts, reaches, limited) = (Vec::new(), Vec::new(), Vec::new());
             return Ok(StackResult { clip: result, contacts, reaches, limited });
         }
+        let performed = clip.performed_seconds();
         let (name, times, target) = result.into_parts();
         let mut work = Work {
             control,
             times: &times,
+            performed: &performed,
             source: clip.joints(),
             target,
             contacts: ContactPoints::default(),

@@ -12,7 +12,7 @@ pub(super) fn disagreement(bearing: &[&Traced<'_>], frames: &[usize]) -> Option<
     let (mut all_alone, mut all, mut of_source) = (0, 0, 0);
     for traced in bearing {
         let (source, target) = (&traced.standing.source.stands, &traced.standing.target.stands);
-        let alone = stands_alone(source, target, traced.times_seconds);
+        let alone = stands_alone(source, target, traced.performed_seconds);
         let count = |stands: &[bool]| stands.iter().filter(|stands| **stands).count();
         let sum = count(source) + count(target);
         all += sum;

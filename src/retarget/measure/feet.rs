@@ -182,7 +182,7 @@ impl Feet {
     pub(super) fn measure(&self, performers: &Both<Performer<'_>>, compared: &Compared) -> FeetFindings {
         let frames = &compared.frames.indices;
         let positions: Vec<_> = self.points.iter().map(|point| point.positions(compared)).collect();
-        let floors = running_floors(&self.points, &positions, &self.legs, &compared.times_seconds);
+        let floors = running_floors(&self.points, &positions, &self.legs, &compared.performed_seconds);
         let standing: Vec<_> = self
             .points
             .iter()
@@ -231,7 +231,7 @@ impl Feet {
         floors: &Both<DVec3>,
         compared: &Compared,
     ) -> Both<Standing> {
-        let times = &compared.times_seconds;
+        let times = &compared.performed_seconds;
         let stand = |positions: &[DVec3], velocity: DVec3, leg: f64, floor: Option<f64>| {
             if point.bears || floor.is_none() {
                 find_standing(&over_floor(positions, velocity, times), times, leg)
@@ -262,7 +262,6 @@ impl Feet {
         };
         let track = |skin: &'a Option<Skinned>| skin.as_ref().map(|skin| &skin.tracks[index]);
         let skin = Both { source: track(&skins.source), target: track(&skins.target) };
-        let times_seconds = &compared.times_seconds;
         Traced {
             index,
             point: &self.points[index],
@@ -271,7 +270,7 @@ impl Feet {
             levels,
             skin,
             floors: Both::default(),
-            times_seconds,
+            performed_seconds: &compared.performed_seconds,
         }
     }
 
@@ -287,7 +286,7 @@ impl Feet {
                     continue;
                 }
                 let slide = |is_target: bool, leg: f64| {
-                    let step = |frame: usize| (compared.times_seconds[frame + 1], traced.step(is_target, frame));
+                    let step = |frame: usize| (compared.performed_seconds[frame + 1], traced.step(is_target, frame));
                     travel(&frames().map(step).collect::<Vec<_>>()) / leg * CENTIMETERS
                 };
                 let (slide, source_slide) = (slide(true, self.legs.target), slide(false, self.legs.source));

@@ -39,8 +39,8 @@ pub(super) struct Traced<'a> {
     pub(super) skin: Both<Option<&'a PartTrack>>,
     /// How fast the floor runs below each side, meters a second.
     pub(super) floors: Both<DVec3>,
-    /// Of the frames.
-    pub(super) times_seconds: &'a [f64],
+    /// Of the frames, on the clock of the performance.
+    pub(super) performed_seconds: &'a [f64],
 }
 
 impl Traced<'_> {
@@ -66,7 +66,7 @@ impl Traced<'_> {
         };
         let of_skin = skin.and_then(|track| *track.steps.get(frame)?);
         let step = of_skin.unwrap_or_else(|| (positions[frame + 1] - positions[frame]).xz());
-        step - floor.xz() * (self.times_seconds[frame + 1] - self.times_seconds[frame])
+        step - floor.xz() * (self.performed_seconds[frame + 1] - self.performed_seconds[frame])
     }
 }
 

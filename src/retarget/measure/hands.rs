@@ -69,7 +69,7 @@ impl Hands {
             let mut errors = vec![f64::NAN; compared.len()];
             for run in &compared.frames.runs {
                 let of_source: Vec<f64> = run.clone().map(|frame| gap(pair, false, frame)).collect();
-                let is_steady = is_steady(&of_source, &compared.times_seconds[run.clone()]);
+                let is_steady = is_steady(&of_source, &compared.performed_seconds[run.clone()]);
                 for (index, frame) in run.clone().enumerate() {
                     if of_source[index] < SMALL && is_steady[index] {
                         errors[frame] = (gap(pair, true, frame) - of_source[index]).abs() * 100.0;

@@ -141,9 +141,9 @@ pub struct SidePair {
     pub target: Option<f64>,
 }
 
-/// How fast floors run, where they do.
-fn floor_speeds(velocities: &Both<DVec3>) -> Option<SidePair> {
-    let Both { source, target } = velocities.map(|velocity| Some(rounded(velocity.length())));
+/// How fast floors run, where they do, from velocities on the clock of the performance.
+fn floor_speeds(velocities: &Both<DVec3>, tempo: f64) -> Option<SidePair> {
+    let Both { source, target } = velocities.map(|velocity| Some(rounded(velocity.length() * tempo)));
     (velocities.source != DVec3::ZERO).then_some(SidePair { source, target })
 }
 
@@ -256,7 +256,7 @@ impl OfEveryFrame {
             sole_heights: feet.heights,
             slide_speeds: feet.slide_speeds,
             flat: feet.flat,
-            floor_speeds: floor_speeds(&feet.floors),
+            floor_speeds: floor_speeds(&feet.floors, performers.source.clip.tempo()),
         }
     }
 }

@@ -145,6 +145,8 @@ pub(super) struct Compared {
     pub(super) frames: Frames,
     /// Key time of every frame looked at.
     pub(super) times_seconds: Vec<f64>,
+    /// The same on the clock of the performance, by which speeds are judged: a clip that was slowed down is as good as it was.
+    pub(super) performed_seconds: Vec<f64>,
     pub(super) source: Motion,
     pub(super) target: Motion,
 }
@@ -183,8 +185,10 @@ pub(super) fn compare(performers: &Both<Performer<'_>>, wanted: &Wanted, frames:
         side(&performers.source, points(|both| both.source), turns(|both| both.source, &wanted.own_turns.source));
     let target =
         side(&performers.target, points(|both| both.target), turns(|both| both.target, &wanted.own_turns.target));
-    let times_seconds = frames.indices.iter().map(|&frame| clip.times_seconds()[frame]).collect();
-    Compared { frames, times_seconds, source, target }
+    let times_seconds: Vec<f64> = frames.indices.iter().map(|&frame| clip.times_seconds()[frame]).collect();
+    let tempo = performers.source.clip.tempo();
+    let performed_seconds = times_seconds.iter().map(|time| time * tempo).collect();
+    Compared { frames, times_seconds, performed_seconds, source, target }
 }
 
 /// The joints that some points need, parents first, in a numbering of their own.

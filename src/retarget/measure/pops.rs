@@ -1,4 +1,5 @@
-//! Knees and elbows that spring: how much their speed changes from one frame to the next, beyond what the source's does.
+//! Knees and elbows that spring: how much their speed changes from one frame to the next, beyond what the source's does. A frame is one of
+//! 30 a second where the clip has more: who looks sees a knee that snaps within a tenth of a second, in however many frames.
 
 use super::{
     body::first_joint,
@@ -19,6 +20,8 @@ const ELBOWS: [(&str, [&str; 3]); 2] = [
 ];
 /// What the source does within this many frames of one excuses the target there.
 const NEAR: usize = 2;
+/// Frames that are shorter are looked at several at a time.
+const SHORTEST_FRAME_SECONDS: f64 = 1.0 / 30.0;
 const NONE: &str = "no such joint was recognized on both sides";
 const TOO_SHORT: &str = "the clip has fewer than three frames";
 
@@ -58,8 +61,9 @@ impl Pops {
             let (source, target) = (bend.changes(compared, false), bend.changes(compared, true));
             let mut values = vec![f64::NAN; compared.len()];
             for run in &compared.frames.runs {
+                let reach = NEAR * spacing(&compared.performed_seconds[run.clone()]);
                 for frame in run.clone() {
-                    let near = frame.saturating_sub(NEAR).max(run.start)..(frame + NEAR + 1).min(run.end);
+                    let near = frame.saturating_sub(reach).max(run.start)..(frame + reach + 1).min(run.end);
                     let excused = source[near].iter().copied().fold(0.0, f64::max);
                     values[frame] = (target[frame] - excused).max(if target[frame].is_nan() { f64::NAN } else { 0.0 });
                 }
@@ -72,8 +76,8 @@ impl Pops {
 }
 
 impl Bend {
-    /// How much the speed of the bend changes at each frame, in degrees per frame²; NaN at the ends of a run. Of longer frames as much as
-    /// one of [`LONGEST_FRAME_SECONDS`] would have of it.
+    /// How much the speed of the bend changes at each frame, in degrees per frame²; NaN at the ends of a run. Short frames are taken together
+    /// to [`SHORTEST_FRAME_SECONDS`]; of long ones counts as much as one of [`LONGEST_FRAME_SECONDS`] would have.
     fn changes(&self, compared: &Compared, is_target: bool) -> Vec<f64> {
         let side = compared.side(is_target);
         let bend = |frame: usize| {
@@ -82,11 +86,14 @@ impl Bend {
         };
         let bends: Vec<f64> = (0..compared.len()).map(bend).collect();
         let mut changes = vec![f64::NAN; compared.len()];
-        let times = &compared.times_seconds;
+        let times = &compared.performed_seconds;
         for run in &compared.frames.runs {
+            let spacing = spacing(&times[run.clone()]);
             for frame in run.start + 1..run.end.saturating_sub(1) {
-                let (before, after) = (times[frame] - times[frame - 1], times[frame + 1] - times[frame]);
-                let change = (bends[frame + 1] - bends[frame]) / after - (bends[frame] - bends[frame - 1]) / before;
+                let apart = spacing.min(frame - run.start).min(run.end - 1 - frame);
+                let [earlier, later] = [frame - apart, frame + apart];
+                let (before, after) = (times[frame] - times[earlier], times[later] - times[frame]);
+                let change = (bends[later] - bends[frame]) / after - (bends[frame] - bends[earlier]) / before;
                 // Keys may lie unevenly; a frame is as long as the two about it are on the mean.
                 let frame_seconds = f64::midpoint(before, after);
                 let share = (LONGEST_FRAME_SECONDS / frame_seconds).min(1.0);
@@ -95,4 +102,13 @@ impl Bend {
         }
         changes
     }
+}
+
+/// How many frames last as long as one of [`SHORTEST_FRAME_SECONDS`].
+fn spacing(times_seconds: &[f64]) -> usize {
+    let [Some(first), Some(last)] = [times_seconds.first(), times_seconds.last()] else { return 1 };
+    let frames = (times_seconds.len() - 1) as f64 * SHORTEST_FRAME_SECONDS / (last - first).max(SHORTEST_FRAME_SECONDS);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most the number of frames")]
+    let whole = frames.round() as usize;
+    whole.max(1)
 }

@@ -132,9 +132,9 @@ impl Followed {
     fn steps(&self, compared: &Compared) -> Vec<Step> {
         let mut steps = Vec::with_capacity(compared.len());
         for run in &compared.frames.runs {
-            let apart = spacing(&compared.times_seconds[run.clone()]);
+            let apart = spacing(&compared.performed_seconds[run.clone()]);
             for frame in run.start..run.end.saturating_sub(3 * apart) {
-                let times = [0, 1, 2, 3].map(|step| compared.times_seconds[frame + step * apart]);
+                let times = [0, 1, 2, 3].map(|step| compared.performed_seconds[frame + step * apart]);
                 let seconds = times[3] - times[0];
                 let [source, target] = [&compared.source, &compared.target].map(|motion| {
                     let places = [0, 1, 2, 3].map(|step| self.position(motion, frame + step * apart));

@@ -59,7 +59,7 @@ pub(super) fn rotation_steps(
     let is_visible = visible(mapping, target);
     #[expect(clippy::cast_possible_truncation, reason = "a cosine")]
     let least_cosine = (JUMP_DEGREES / 2.0).to_radians().cos() as f32;
-    let times = result.times_seconds();
+    let (times, tempo) = (result.times_seconds(), source_clip.tempo());
     for (joint, tracks) in result.joints().iter().enumerate() {
         let Track::Sampled(rotations) = &tracks.rotation else { continue };
         any = true;
@@ -76,7 +76,7 @@ pub(super) fn rotation_steps(
                 continue;
             }
             let own = step_degrees(rotations, frame);
-            if own <= JUMP_DEGREES * ((times[frame + 1] - times[frame]) / LONGEST_FRAME_SECONDS).max(1.0) {
+            if own <= JUMP_DEGREES * ((times[frame + 1] - times[frame]) * tempo / LONGEST_FRAME_SECONDS).max(1.0) {
                 continue;
             }
             let drivers = drivers.get_or_insert_with(|| drivers_of(mapping, source, target));

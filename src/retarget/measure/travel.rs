@@ -83,7 +83,7 @@ impl Travel {
             self.beside(compared)?.iter().map(|beside| *beside * DVec3::new(1.0, 0.0, 1.0)).collect();
         let mut sums = vec![DVec3::ZERO];
         beside.iter().for_each(|place| sums.push(sums[sums.len() - 1] + *place));
-        let times = &compared.times_seconds;
+        let times = &compared.performed_seconds;
         let sway = |frame: usize| {
             let reach = (SWAY_SECONDS / 2.0).min(times[frame] - times[0]).min(times[times.len() - 1] - times[frame]);
             let first = times.partition_point(|time| *time < times[frame] - reach - 1e-9);

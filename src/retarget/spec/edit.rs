@@ -30,7 +30,8 @@ pub struct EditSpec {
     /// along a smooth curve that never turns back; outside them at its own speed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warp: Option<Vec<[f64; 2]>>,
-    /// How much faster than in the file. 0.001 to 1000; default 1.
+    /// How much faster than in the file. 0.001 to 1000; default 1. Poses and measures stay as they are at 1: what ops and measures decide
+    /// by speed and duration, such as which feet stand, goes by the clock that the clip had before.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.001, max = 1000.0))]
     pub speed: Option<f64>,

@@ -404,8 +404,8 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 2.0,
-        about: "change of a knee's speed from one frame to the next beyond the source's within two frames; largest. Frames longer than \
-                1/24 s count as if they were that long",
+        about: "change of a knee's speed from one frame to the next beyond the source's within two frames; largest. Frames shorter than \
+                1/30 s are taken together, and those longer than 1/24 s count as if they were that long",
     },
     MetricInfo {
         metric: MetricName::ElbowPop,

@@ -71,7 +71,7 @@ impl PullStage {
             row[0] = self.balanced(work, hips, frame, moves[frame]);
         };
         let wanted = work.rows(1, || (), fill)?;
-        let wanted = smoothed(&wanted, work.times, BALANCE_SECONDS);
+        let wanted = smoothed(&wanted, work.performed, BALANCE_SECONDS);
         moves.iter_mut().zip(wanted).for_each(|(moved, wanted)| *moved += wanted);
         Ok(())
     }
@@ -115,7 +115,7 @@ impl PullStage {
             if missing.iter().all(|missing| *missing == DVec3::ZERO) {
                 break;
             }
-            add(moves, &smoothed(&missing, work.times, SMOOTHING_SECONDS));
+            add(moves, &smoothed(&missing, work.performed, SMOOTHING_SECONDS));
         }
         Ok(())
     }

@@ -174,7 +174,7 @@ impl SolveStage {
         let of_limb = |(index, limb): (usize, &SolvedLimb)| {
             limb.is_smooth.then(|| {
                 let axes: Vec<DVec3> = rows.iter().skip(index).step_by(width).copied().collect();
-                let axes = smoothed(&axes, work.times, AXIS_SECONDS);
+                let axes = smoothed(&axes, work.performed, AXIS_SECONDS);
                 let hinge = limb.rest.hinge * HINGE_WEIGHT;
                 axes.into_iter().map(|axis| (axis + hinge).normalize_or(limb.rest.hinge)).collect()
             })
@@ -204,7 +204,7 @@ impl SolveStage {
         let of_limb = |index: usize| {
             let bends: Vec<Bend> = rows.iter().skip(index).step_by(width).copied().collect();
             self.limbs[index].is_smooth.then(|| {
-                let changes = smooth(&bends, work.times);
+                let changes = smooth(&bends, work.performed);
                 let around = |frame: usize| Around {
                     axis: axis(index, frame),
                     change: changes.as_ref().map(|changes| changes[frame]),

@@ -13,7 +13,10 @@ pub(in crate::retarget) const CHUNK_FRAMES: usize = 64;
 /// The state between two stages.
 pub(in crate::retarget) struct Work<'a> {
     pub(in crate::retarget) control: &'a Control,
+    /// Key times of the result.
     pub(in crate::retarget) times: &'a [f64],
+    /// The same on the clock of the performance, by which speeds are judged and poses smoothed.
+    pub(in crate::retarget) performed: &'a [f64],
     /// Tracks of the source, joint by joint.
     pub(in crate::retarget) source: &'a [JointTracks],
     /// Tracks of the target so far.

@@ -1,8 +1,8 @@
 //! Edits and a retarget that is a function of each frame may be done in either order.
 
 use retargetd::{
-    model::{Clip, Control, Reporter},
-    retarget::{Plan, Resolved, RetargetSpec, resolve, run},
+    model::{Clip, Control, Reporter, Scene},
+    retarget::{MetricName, Plan, Resolved, RetargetSpec, Stack, measure, resolve, run},
     rig::Rig,
     samples,
 };
@@ -38,6 +38,42 @@ fn edits_of_time_commute_with_retargeting() {
             };
             let worst = places(&before).iter().zip(places(&after)).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
             assert!(worst < 1e-5, "{edit}: frame {frame} is off by {worst} m");
+        }
+    }
+}
+
+/// What the default ops make of a clip, and the value of every measure.
+fn by_default(source: &Scene, target: &Scene, clip: &Clip) -> (Clip, Vec<(MetricName, Option<f64>)>) {
+    let spec = RetargetSpec::default();
+    let mut reporter = Reporter::new();
+    let from = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a source");
+    let onto = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a target");
+    let Resolved { mapping, ops, .. } = resolve(&spec, &from, &onto, clip, &mut reporter).expect("a mapping");
+    let stack = Stack::new(from.skeleton(), onto.skeleton(), &mapping, &ops);
+    let result = stack.run(clip, &Control::new()).expect("a result");
+    let measures = measure(&mapping, &from, &onto, clip, &result.clip, &spec.report, &result.reaches);
+    let values = measures.metrics.iter().map(|(name, metric)| (*name, metric.value)).collect();
+    (result.clip, values)
+}
+
+/// Feet that stand at half the speed are those that stand: contacts, smoothing and measures go by the clock of the performance.
+#[test]
+fn a_change_of_speed_commutes_with_all_ops() {
+    let (source, target) = (samples::walk_scene(), samples::mannequin_scene());
+    let (plain, measured) = by_default(&source, &target, &source.clips[0]);
+    for speed in [0.25, 0.3, 2.0] {
+        let slowed = edited(&source, &source.clips[0], json!({"speed": speed}));
+        let (result, values) = by_default(&source, &target, &slowed);
+        for frame in 0..plain.frame_count() {
+            let [plain, result] = [&plain, &result].map(|clip| clip.local_pose(&target.skeleton, frame));
+            let apart = plain.transforms().iter().zip(result.transforms());
+            let apart = apart.map(|(plain, result)| plain.rotation.angle_between(result.rotation).to_degrees());
+            let worst = apart.fold(0.0, f64::max);
+            assert!(worst < 0.05, "{speed}: frame {frame} is off by {worst} degrees");
+        }
+        for ((name, value), (_, plain)) in values.iter().zip(&measured) {
+            let (value, plain) = (value.unwrap_or(-1.0), plain.unwrap_or(-1.0));
+            assert!((value - plain).abs() < 1e-3 * plain.abs().max(1.0), "{speed}: {name:?} is {value}, not {plain}");
         }
     }
 }

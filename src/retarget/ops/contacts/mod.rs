@@ -159,15 +159,17 @@ impl ContactStage {
     }
 
     /// `level` is the height at which the point rests; nothing where it never does.
-    fn touches(&self, point: &Point, track: &Tracked, level: Option<f64>, times: &[f64]) -> Vec<bool> {
-        let op = &self.op;
+    fn touches(&self, point: &Point, track: &Tracked, level: Option<f64>, work: &Work<'_>) -> Vec<bool> {
+        let (op, times) = (&self.op, work.times);
         let within = |ranges: Option<&Vec<[f64; 2]>>, time: f64| {
             ranges.is_some_and(|ranges| ranges.iter().any(|[from, to]| (*from..=*to).contains(&time)))
         };
         let mut touches = match (op.set.get(point.name), op.detect) {
             (Some(_), _) => times.iter().map(|time| within(op.set.get(point.name), *time)).collect(),
             (None, false) => vec![false; times.len()],
-            (None, true) => level.map_or_else(|| vec![false; times.len()], |level| self.detect(track, level, times)),
+            (None, true) => {
+                level.map_or_else(|| vec![false; times.len()], |level| self.detect(track, level, work.performed))
+            }
         };
         for (frame, touches) in touches.iter_mut().enumerate() {
             let time = times[frame];
@@ -242,17 +244,17 @@ impl Stage for ContactStage {
             .into_par_iter()
             .map(|index| {
                 let positions = rows.iter().skip(index).step_by(width).copied().collect();
-                Tracked::new(positions, work.times, &self.ground, self.op.smoothing_seconds / 2.0)
+                Tracked::new(positions, work.performed, &self.ground, self.op.smoothing_seconds / 2.0)
             })
             .collect();
-        let floor_velocity = self.floor_velocity(&tracks, work.times);
-        let over = |track: Tracked| track.over(floor_velocity, work.times);
+        let floor_velocity = self.floor_velocity(&tracks, work.performed);
+        let over = |track: Tracked| track.over(floor_velocity, work.performed);
         let tracks: Vec<Tracked> =
             if floor_velocity == DVec3::ZERO { tracks } else { tracks.into_iter().map(over).collect() };
         let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
         let point = |((point, track), level): ((&Point, Tracked), &f64)| {
             let level = (!self.is_raised(point, *level, &levels)).then(|| self.agreed(point, *level, &levels));
-            let touches = self.touches(point, &track, level, work.times);
+            let touches = self.touches(point, &track, level, work);
             let Point { name, limb, part, .. } = *point;
             ContactPoint { name, limb, part, positions: track.soles, touches }
         };

@@ -68,7 +68,7 @@ impl FloorStage {
         let mut levels: Vec<f64> = of_feet.iter().flatten().map(|known| known.level).collect();
         let all = median(&mut levels);
         let all = all.unwrap_or_else(|| self.lowest_level(rows));
-        of_feet.iter().map(|known| over_time(known, all, work.times)).collect()
+        of_feet.iter().map(|known| over_time(known, all, work.performed)).collect()
     }
 
     /// The level in a clip in which nothing touches: a low height of the lower foot.
@@ -94,7 +94,7 @@ impl FloorStage {
         if known.is_empty() {
             return shifts.to_vec();
         }
-        let lifts = over_time(&known, 0.0, work.times);
+        let lifts = over_time(&known, 0.0, work.performed);
         let more = |lift: f64, shift: f64| {
             let more = (lift - shift).max(0.0);
             more * smootherstep((more / self.target_leg - LIFT_METERS) / LIFT_FADE_METERS)
@@ -155,7 +155,7 @@ fn in_contacts(limb: usize, work: &Work<'_>, mut level: impl FnMut(usize, usize)
     let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(limb, frame)).collect();
     let contacts = runs(&touches).into_iter();
     contacts
-        .flat_map(|(first, last)| pieces(first, last, work.times))
+        .flat_map(|(first, last)| pieces(first, last, work.performed))
         .filter_map(|piece| Some(Known { level: level(piece.first, piece.last)?, first: piece.from, last: piece.to }))
         .collect()
 }

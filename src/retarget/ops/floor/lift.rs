@@ -83,7 +83,7 @@ impl FloorStage {
                 known.push((frame, sum));
             }
         }
-        straight(&known, work.times)
+        straight(&known, work.performed)
     }
 }
 

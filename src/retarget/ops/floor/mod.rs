@@ -291,7 +291,7 @@ impl Stage for FloorStage {
                 let moved = free + (missing * alpha - free) * weight;
                 Lift { beyond: moved - shift, least: least - shift }
             };
-            smoothed_lifts((0..alphas.len()).map(lift).collect(), work.times)
+            smoothed_lifts((0..alphas.len()).map(lift).collect(), work.performed)
         };
         let lifts: Vec<Vec<Lift>> = self.goal_limbs.par_iter().map(lifted).collect();
         work.change_goals(self.limb_count, |_, frame, goals| {
@@ -320,11 +320,14 @@ fn holds(limb: usize, work: &Work<'_>) -> Vec<f64> {
     let mut holds: Vec<f64> = touches.iter().map(|touches| if *touches { 1.0 } else { 0.0 }).collect();
     for (first, last) in runs(&touches) {
         let near = |seconds: f64| smootherstep(1.0 - seconds / HOLD_SECONDS);
-        for frame in (0..first).rev().take_while(|&frame| work.times[first] - work.times[frame] < HOLD_SECONDS) {
-            holds[frame] = either(holds[frame], near(work.times[first] - work.times[frame]));
+        for frame in (0..first).rev().take_while(|&frame| work.performed[first] - work.performed[frame] < HOLD_SECONDS)
+        {
+            holds[frame] = either(holds[frame], near(work.performed[first] - work.performed[frame]));
         }
-        for frame in (last + 1..holds.len()).take_while(|&frame| work.times[frame] - work.times[last] < HOLD_SECONDS) {
-            holds[frame] = either(holds[frame], near(work.times[frame] - work.times[last]));
+        for frame in
+            (last + 1..holds.len()).take_while(|&frame| work.performed[frame] - work.performed[last] < HOLD_SECONDS)
+        {
+            holds[frame] = either(holds[frame], near(work.performed[frame] - work.performed[last]));
         }
     }
     holds

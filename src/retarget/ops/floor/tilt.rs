@@ -111,7 +111,7 @@ impl FloorStage {
             if needed.iter().all(|turn| *turn == 0.0) {
                 needed
             } else {
-                smooth_above(&needed, &needed, work.times, TURN_SECONDS)
+                smooth_above(&needed, &needed, work.performed, TURN_SECONDS)
             }
         };
         Ok((0..width).map(over_time).collect())

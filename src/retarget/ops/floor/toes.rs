@@ -107,7 +107,7 @@ impl Stage for ToeStage {
         };
         let needed = work.rows(width, || self.target.pose(), measure)?;
         let of_foot = |foot: usize| needed.iter().skip(foot).step_by(width).copied().collect::<Vec<f64>>();
-        let bends: Vec<Vec<f64>> = (0..width).map(|foot| eased(of_foot(foot), work.times)).collect();
+        let bends: Vec<Vec<f64>> = (0..width).map(|foot| eased(of_foot(foot), work.performed)).collect();
         if bends.iter().flatten().all(|bend| *bend == 0.0) {
             return Ok(());
         }

@@ -134,7 +134,7 @@ impl PlantStage {
                 scale: foot.scale,
                 still_speed: foot.still_speed,
                 swing: foot.swing,
-                tracks: tracks.map(|point| point.map(|point| PointTrack::of(point, work.times))),
+                tracks: tracks.map(|point| point.map(|point| PointTrack::of(point, work.performed))),
                 has_point: foot.points.map(|point| point.is_some()),
                 targets: rows.iter().skip(index).step_by(width).copied().collect(),
                 running_floor: None,
@@ -216,7 +216,7 @@ impl Stage for PlantStage {
                 foot.iter_mut().for_each(|foot| foot.running_floor = Some(floor));
             }
         }
-        let correct = |foot: &Option<Foot>| foot.as_ref().map(|foot| self.corrections(foot, work.times));
+        let correct = |foot: &Option<Foot>| foot.as_ref().map(|foot| self.corrections(foot, work.performed));
         let corrections: Vec<Option<Vec<Correction>>> = feet.par_iter().map(correct).collect();
         work.change_goals(self.limb_count, |work, frame, goals| {
             let alpha = self.schedule.alpha_at(frame, work.times[frame]);

@@ -50,7 +50,7 @@ impl PlantStage {
             let of_part = |part: usize| -> Vec<DVec3> {
                 let turned: Vec<DQuat> = rows.iter().skip(index).step_by(width).map(|row| row[part]).collect();
                 let share = 1.0 - foot.size_beside_leg.recip();
-                self.taken_off(&turned, &work.contacts, foot.limb, work.times).map(|turn| turn * share).collect()
+                self.taken_off(&turned, &work.contacts, foot.limb, work.performed).map(|turn| turn * share).collect()
             };
             let (ends, toes) = (of_part(0), of_part(1));
             ends.into_iter().zip(toes).map(|(end, toes)| [end, toes]).collect()

@@ -150,7 +150,7 @@ impl RootStage {
         unwrap(&mut ways);
         let seconds = self.motion.smoothing_seconds / 2.0;
         if seconds > 0.0 {
-            smooth(&mut ways, work.times, seconds);
+            smooth(&mut ways, work.performed, seconds);
         }
         Ok(ways)
     }

@@ -57,7 +57,7 @@ impl ScaledSource {
             (tracks.translation, tracks.scale) = (translation, scale);
         }
         let scaled: Result<Clip, ClipError> = Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), joints);
-        Ok(scaled?)
+        Ok(scaled?.with_tempo(clip.tempo()))
     }
 
     /// The point that stays, frame by frame.

@@ -219,7 +219,7 @@ impl Stage for SelfContactStage {
             }
             let smooth = |hand: usize| {
                 let more: Vec<DVec3> = wanted.iter().map(|wanted| wanted[hand]).collect();
-                smoothed(&more, work.times, smoothing_seconds)
+                smoothed(&more, work.performed, smoothing_seconds)
             };
             let more: Vec<Vec<DVec3>> = (0..self.hands.len()).into_par_iter().map(smooth).collect();
             for (hand, more) in more.iter().enumerate() {

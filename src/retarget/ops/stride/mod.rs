@@ -123,7 +123,7 @@ impl StrideStage {
             for (frame, front) in fronts.iter_mut().enumerate() {
                 let (before, after) = (frame.saturating_sub(1), (frame + 1).min(stances.len() - 1));
                 let way = axes.transpose() * (stances[after].pelvis - stances[before].pelvis);
-                let seconds = work.times[after] - work.times[before];
+                let seconds = work.performed[after] - work.performed[before];
                 let is_on_its_way = DVec2::new(way.x, way.z).length() > least * seconds;
                 *front = if is_on_its_way { DVec3::new(way.x, 0.0, way.z) } else { DVec3::ZERO };
             }
@@ -133,7 +133,7 @@ impl StrideStage {
             before = front.try_normalize().unwrap_or(before);
             *front = before;
         }
-        let smooth = smoothed(&fronts, work.times, self.op.smoothing_seconds / 2.0);
+        let smooth = smoothed(&fronts, work.performed, self.op.smoothing_seconds / 2.0);
         let level = |(smooth, own): (DVec3, &DVec3)| axes * smooth.try_normalize().unwrap_or(*own);
         smooth.into_iter().zip(&fronts).map(level).collect()
     }
