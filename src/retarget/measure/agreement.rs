@@ -6,6 +6,9 @@ use super::{contacts::intervals, foot_points::Traced, metric::Reading};
 /// is all there is.
 const NEAR_SECONDS: f64 = 0.05;
 
+/// Contacts that last less, of all points and both sides together, say little: what they differ by is a share of this.
+const MIN_SECONDS: f64 = 1.0;
+
 /// 1 − F1 of frames in contact; nothing where the source never stands. `frames` are the clip's frames that are measured.
 pub(super) fn disagreement(bearing: &[&Traced<'_>], frames: &[usize]) -> Option<Reading> {
     let mut reading = Reading::default();
@@ -29,7 +32,8 @@ pub(super) fn disagreement(bearing: &[&Traced<'_>], frames: &[usize]) -> Option<
         reading.parts.insert(part, share);
     }
     // Where the source never stands there is nothing to agree with.
-    (of_source > 0).then(|| Reading { value: all_alone as f64 / all as f64, ..reading })
+    let least = MIN_SECONDS * frames_per_second(bearing.first()?.performed_seconds);
+    (of_source > 0).then(|| Reading { value: all_alone as f64 / (all as f64).max(least), ..reading })
 }
 
 /// In which frames one side stands while the other neither does nor will within [`NEAR_SECONDS`] or in the next frame, nor did.
@@ -38,6 +42,11 @@ fn stands_alone(source: &[bool], target: &[bool], times_seconds: &[f64]) -> Vec<
     (0..source.len())
         .map(|frame| source[frame] && !near_target[frame] || target[frame] && !near_source[frame])
         .collect()
+}
+
+fn frames_per_second(times_seconds: &[f64]) -> f64 {
+    let seconds = times_seconds.last().zip(times_seconds.first()).map_or(0.0, |(last, first)| last - first);
+    if seconds > 0.0 { (times_seconds.len() - 1) as f64 / seconds } else { 0.0 }
 }
 
 /// In which frames a point stands, is about to, or has just done so.

@@ -1,6 +1,6 @@
 //! Where the body goes, and where it faces.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::{
     body::{Size, first_joint},
@@ -19,7 +19,7 @@ const STANDS: &str = "the source's pelvis does not move";
 /// What is looked at.
 pub(super) struct Travel {
     pelvis: Option<Part>,
-    thighs: Option<[Part; 2]>,
+    hips: Option<Hips>,
     leg: Option<f64>,
 }
 
@@ -29,6 +29,14 @@ struct Part {
     slot: usize,
 }
 
+/// Both thighs, and the turn of what carries them.
+#[derive(Clone, Copy)]
+struct Hips {
+    joint: usize,
+    thighs: [usize; 2],
+    carrier: Option<usize>,
+}
+
 impl Travel {
     pub(super) fn find(rigs: &Both<&Rig<'_>>, sizes: &Both<Size>, wanted: &mut Wanted) -> Self {
         let mut part = |role: &str| {
@@ -36,8 +44,13 @@ impl Travel {
             Some(Part { joint: joint.target, slot: wanted.joint(joint) })
         };
         let pelvis = part("pelvis");
-        let thighs = part("left_thigh").zip(part("right_thigh")).map(|(left, right)| [left, right]);
-        Self { pelvis, thighs, leg: sizes.target.leg }
+        let thighs = part("left_thigh").zip(part("right_thigh"));
+        let carrier = first_joint(rigs, "left_thigh").and_then(|thigh| {
+            let source = rigs.source.skeleton().parent(thigh.source)?;
+            Some(wanted.turn(Both { source, target: rigs.target.skeleton().parent(thigh.target)? }))
+        });
+        let hips = thighs.map(|(left, right)| Hips { joint: left.joint, thighs: [left.slot, right.slot], carrier });
+        Self { pelvis, hips, leg: sizes.target.leg }
     }
 
     /// Where the target's pelvis is beside the source's path when that is scaled to fit best, level and upright ways apart; meters.
@@ -96,21 +109,28 @@ impl Travel {
         Reading::of_series(&[series], &compared.frames.indices, 0.98).ok_or(STANDS)
     }
 
-    /// The difference of where the hips face.
+    /// The difference of where the hips face: the line from thigh to thigh, as what carries them turns it. Legs of figures in comics
+    /// that slide to and fro below a body that does not turn do not count.
     pub(super) fn facing(&self, compared: &Compared) -> Finding {
-        let [left, right] = self.thighs.ok_or(NO_HIPS)?;
-        let heading = |is_target: bool, frame: usize| {
+        let hips = self.hips.ok_or(NO_HIPS)?;
+        let headings = |is_target: bool| -> Vec<f64> {
             let side = compared.side(is_target);
-            let across = side.position(frame, left.slot) - side.position(frame, right.slot);
-            let is_level = across.x.hypot(across.z) > 0.2 * across.length();
-            if is_level { across.z.atan2(across.x) } else { f64::NAN }
+            let turn = |frame: usize| hips.carrier.map_or(DQuat::IDENTITY, |carrier| side.turn(frame, carrier));
+            let across = |frame: usize| side.position(frame, hips.thighs[0]) - side.position(frame, hips.thighs[1]);
+            let usual: DVec3 = (0..compared.len()).map(|frame| turn(frame).conjugate() * across(frame)).sum();
+            let heading = |frame: usize| {
+                let across = if hips.carrier.is_some() { turn(frame) * usual } else { across(frame) };
+                let is_level = across.x.hypot(across.z) > 0.2 * across.length();
+                if is_level { across.z.atan2(across.x) } else { f64::NAN }
+            };
+            (0..compared.len()).map(heading).collect()
         };
-        let off = |frame: usize| {
-            let turn = heading(true, frame) - heading(false, frame);
+        let off = |(source, target): (f64, f64)| {
+            let turn = target - source;
             turn.sin().atan2(turn.cos()).abs().to_degrees()
         };
-        let values = (0..compared.len()).map(off).collect();
-        let series = Series { part: "pelvis".to_owned(), joint: left.joint, values };
+        let values = headings(false).into_iter().zip(headings(true)).map(off).collect();
+        let series = Series { part: "pelvis".to_owned(), joint: hips.joint, values };
         percentile_finding(&[series], &compared.frames.indices, NO_HIPS)
     }
 }

@@ -241,7 +241,7 @@ const METRICS: [MetricInfo; 26] = [
         forgives_source: false,
         weight: 1.0,
         about: "1 − F1 of the target's own foot contacts against the source's, frame by frame; what begins or ends within 0.05 s of the \
-                source's, or a frame, agrees",
+                source's, or a frame, agrees, and what is apart is a share of at least a second of contact",
     },
     MetricInfo {
         metric: MetricName::LimbDirection,

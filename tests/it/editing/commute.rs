@@ -61,7 +61,8 @@ fn by_default(source: &Scene, target: &Scene, clip: &Clip) -> (Clip, Vec<(Metric
 fn a_change_of_speed_commutes_with_all_ops() {
     let (source, target) = (samples::walk_scene(), samples::mannequin_scene());
     let (plain, measured) = by_default(&source, &target, &source.clips[0]);
-    for speed in [0.25, 0.3, 2.0] {
+    // Powers of two, which change no digit: rounding alone decides whether a foot stands in a frame in which it is as fast as it may be.
+    for speed in [0.25, 0.5, 2.0] {
         let slowed = edited(&source, &source.clips[0], json!({"speed": speed}));
         let (result, values) = by_default(&source, &target, &slowed);
         for frame in 0..plain.frame_count() {
@@ -69,7 +70,7 @@ fn a_change_of_speed_commutes_with_all_ops() {
             let apart = plain.transforms().iter().zip(result.transforms());
             let apart = apart.map(|(plain, result)| plain.rotation.angle_between(result.rotation).to_degrees());
             let worst = apart.fold(0.0, f64::max);
-            assert!(worst < 0.05, "{speed}: frame {frame} is off by {worst} degrees");
+            assert!(worst < 1e-3, "{speed}: frame {frame} is off by {worst} degrees");
         }
         for ((name, value), (_, plain)) in values.iter().zip(&measured) {
             let (value, plain) = (value.unwrap_or(-1.0), plain.unwrap_or(-1.0));

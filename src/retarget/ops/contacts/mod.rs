@@ -151,6 +151,19 @@ impl ContactStage {
         if level - lowest > LEVEL_AGREEMENT_METERS * self.scale { lowest } else { level }
     }
 
+    /// Whether it is a tip that rests where no floor is: below where a foot stands on heel and ball.
+    fn is_sunk(&self, point: &Point, level: f64, levels: &[f64]) -> bool {
+        let most = LEVEL_AGREEMENT_METERS * self.scale;
+        let heels = self.points.iter().zip(levels).filter(|(heel, _)| heel.part == Part::End);
+        let stands = |(heel, heel_level): (&Point, &f64)| {
+            let mut of_foot = self.points.iter().zip(levels).filter(|(other, _)| other.limb == heel.limb);
+            let ball = of_foot.find(|(other, _)| other.part == Part::Ball).map(|(_, level)| *level)?;
+            ((ball - heel_level).abs() <= most).then_some(ball.min(*heel_level))
+        };
+        let floor = heels.filter_map(stands).reduce(f64::min);
+        point.part == Part::Tip && floor.is_some_and(|floor| floor - level > most)
+    }
+
     /// Whether it is the heel of a foot that stands on its toes alone.
     fn is_raised(&self, point: &Point, level: f64, levels: &[f64]) -> bool {
         let of_foot = self.points.iter().zip(levels).filter(|(other, _)| other.limb == point.limb);
@@ -253,7 +266,8 @@ impl Stage for ContactStage {
             if floor_velocity == DVec3::ZERO { tracks } else { tracks.into_iter().map(over).collect() };
         let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
         let point = |((point, track), level): ((&Point, Tracked), &f64)| {
-            let level = (!self.is_raised(point, *level, &levels)).then(|| self.agreed(point, *level, &levels));
+            let rests = !self.is_raised(point, *level, &levels) && !self.is_sunk(point, *level, &levels);
+            let level = rests.then(|| self.agreed(point, *level, &levels));
             let touches = self.touches(point, &track, level, work);
             let Point { name, limb, part, .. } = *point;
             ContactPoint { name, limb, part, positions: track.soles, touches }
