@@ -13,8 +13,9 @@ use super::{
 };
 
 /// Between two rest poses that somebody laid out, necks that differ by less hold the head alike: riggers put the lower joint of a neck
-/// anywhere between the spine and the throat. By more, one of them bows its head. 50 degrees.
-const SAME_NECK_RADIANS: f64 = 0.87;
+/// anywhere between the spine and the throat. By more, one of them bows its head. 70 degrees: hunched
+/// creatures have their heads ahead of their chests, at a neck that leads forward by 50 to 60.
+const SAME_NECK_RADIANS: f64 = 1.22;
 
 /// A pose from a frame of a clip says how a neck is bowed and where its joint lies at once. A neck goes up to about this far with it, 12
 /// degrees, which nobody sees as a bend where the source's neck is straight.

@@ -46,6 +46,13 @@ impl MadeRig {
         self.joints[self.index(name)].model.translation
     }
 
+    /// Puts a joint elsewhere; what is below it stays.
+    pub(super) fn moved(mut self, name: &str, place: DVec3) -> Self {
+        let index = self.index(name);
+        self.joints[index].model.translation = place;
+        self
+    }
+
     /// Hangs a joint, with all below it, from another one.
     pub(super) fn hung_from(mut self, name: &str, parent: &str) -> Self {
         let index = self.index(name);

@@ -121,3 +121,27 @@ fn a_bent_spine_is_straight_in_a_t_pose() {
         assert_eq!(most < 0.1, is_straight, "{bow} m: {most:.2}°");
     }
 }
+
+/// The mannequin with its head as far from its neck as it is, but ahead of it by such an angle.
+fn hunched(degrees: f64) -> Scene {
+    let rig = MadeRig::of(&samples::mannequin_scene());
+    let [neck, middle, head] = ["neck_01", "neck_02", "head"].map(|name| rig.place(name));
+    let ahead = DVec3::new(0.0, degrees.to_radians().cos(), degrees.to_radians().sin());
+    let at = |place: DVec3| neck + ahead * neck.distance(place);
+    rig.moved("neck_02", at(middle)).moved("head", at(head)).scene(|_| false)
+}
+
+/// A creature whose head sits ahead of its chest holds it level: a neck that leads forward is how it is made, and no bow.
+#[test]
+fn the_neck_of_a_hunched_creature_folds_no_other_neck() {
+    let target = samples::mannequin_scene();
+    let neck = target.skeleton.find("neck_01").expect("a neck");
+    for (degrees, least, most) in [(30.0, 0.0, 1.0), (65.0, 0.0, 1.0), (100.0, 60.0, 100.0)] {
+        let source = hunched(degrees);
+        let still = clip_of(&source, 1, |_, _| Some(DQuat::IDENTITY));
+        let (result, ..) = retargeted(&spec("auto"), &source, &still, &target).expect("a retarget");
+        let (posed, rest) = (world(&target.skeleton, Some((&result, 0))), world(&target.skeleton, None));
+        let turned = degrees_between(rotation(&posed, neck), rotation(&rest, neck));
+        assert!((least..most).contains(&turned), "{degrees} degrees ahead: the neck is turned by {turned:.1}");
+    }
+}
