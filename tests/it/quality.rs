@@ -1,5 +1,6 @@
 //! What a retarget is worth, on real files and on made ones: measured here, with nothing of the code that measures for users.
 
+mod airborne;
 mod animals;
 mod bodies;
 mod creatures;

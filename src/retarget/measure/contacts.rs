@@ -36,6 +36,12 @@ pub(super) struct Standing {
 }
 
 impl Standing {
+    /// It stands at no time after all.
+    pub(super) fn never(&mut self) {
+        self.stands.fill(false);
+        self.is_still.fill(false);
+    }
+
     /// From which frames on it is still until the next one.
     pub(super) fn still_steps(&self) -> Vec<bool> {
         self.is_still.windows(2).map(|pair| pair[0] && pair[1]).collect()

@@ -28,6 +28,8 @@ use crate::rig::{Rig, Role, floors};
 /// Contacts that are told of; of more, those that slide most.
 pub(super) const MAX_CONTACTS: usize = 200;
 const CENTIMETERS: f64 = 100.0;
+/// Feet of a figure that stands at rest and never comes nearer to that floor, in legs, are in the air, however slow they are.
+const AIRBORNE: f64 = 0.1;
 
 /// One contact of the source, and what the target does in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -183,12 +185,19 @@ impl Feet {
         let frames = &compared.frames.indices;
         let positions: Vec<_> = self.points.iter().map(|point| point.positions(compared)).collect();
         let floors = running_floors(&self.points, &positions, &self.legs, &compared.performed_seconds);
-        let standing: Vec<_> = self
+        let mut standing: Vec<_> = self
             .points
             .iter()
             .zip(&positions)
             .map(|(point, both)| self.standing(point, both, &floors, compared))
             .collect();
+        let is_airborne = self.is_airborne(&positions);
+        for standing in &mut standing {
+            [(is_airborne.source, &mut standing.source), (is_airborne.target, &mut standing.target)]
+                .into_iter()
+                .filter(|(is_airborne, _)| *is_airborne)
+                .for_each(|(_, standing)| standing.never());
+        }
         let skins = Both {
             source: self.skin(&performers.source, false, frames, &standing),
             target: self.skin(&performers.target, true, frames, &standing),
@@ -220,6 +229,21 @@ impl Feet {
             slide_speeds,
             flat: flat(&bearing),
             floors,
+        }
+    }
+
+    /// Whether the feet of each side are in the air all along.
+    fn is_airborne(&self, positions: &[Both<Vec<DVec3>>]) -> Both<bool> {
+        let lowest = |pick: fn(&Both<Vec<DVec3>>) -> &Vec<DVec3>| {
+            let places = positions.iter().zip(&self.points).filter(|(_, point)| point.bears);
+            let places = places.flat_map(|(both, _)| pick(both));
+            places.map(|place| place.y).fold(f64::INFINITY, f64::min)
+        };
+        let is_high =
+            |lowest: f64, floor: Option<f64>, leg: f64| floor.is_some_and(|floor| lowest - floor > AIRBORNE * leg);
+        Both {
+            source: is_high(lowest(|both| &both.source), self.sizes.source.floor, self.legs.source),
+            target: is_high(lowest(|both| &both.target), self.sizes.target.floor, self.legs.target),
         }
     }
 

@@ -265,9 +265,15 @@ fn knee_names(figure: &Figure, side: &str) -> [String; 3] {
     ["thigh", "shin", "foot"].map(|part| names(figure, &format!("{side}_{part}"))[0].clone())
 }
 
-/// The change of speed at every key but the ends.
-fn changes(values: &[f64]) -> Vec<f64> {
-    values.windows(3).map(|three| (three[2] - 2.0 * three[1] + three[0]).abs()).collect()
+/// The change of speed at every key but the ends, between frames of so many keys, less of them at the ends; degrees per frame², but of frames
+/// longer than 1/24 s as much as of one of that length.
+fn changes(values: &[f64], keys: usize, key_seconds: f64) -> Vec<f64> {
+    let change = |key: usize| {
+        let keys = keys.min(key).min(values.len() - 1 - key);
+        let share = (1.0 / 24.0 / (key_seconds * keys as f64)).min(1.0);
+        (values[key + keys] - 2.0 * values[key] + values[key - keys]).abs() * share * share
+    };
+    (1..values.len() - 1).map(change).collect()
 }
 
 /// What the judge finds, in centimeters at 1 m leg length and degrees.
@@ -305,10 +311,12 @@ impl Found {
             after.bends(&target_line, key).into_iter().fold(0.0, f64::max) - excused
         };
         let pop = |side: &str| {
-            let source = changes(&before.knee(&knee_names(source, side)));
-            let target = changes(&after.knee(&knee_names(target, side)));
+            let key_seconds = source.clip().duration_seconds() / (source.clip().frame_count() - 1) as f64;
+            let keys = (1.0 / 30.0 / key_seconds).round().max(1.0) as usize;
+            let source = changes(&before.knee(&knee_names(source, side)), keys, key_seconds);
+            let target = changes(&after.knee(&knee_names(target, side)), keys, key_seconds);
             let beyond = |index: usize| {
-                let near = &source[index.saturating_sub(2)..(index + 3).min(source.len())];
+                let near = &source[index.saturating_sub(2 * keys)..(index + 2 * keys + 1).min(source.len())];
                 target[index] - near.iter().copied().fold(0.0, f64::max)
             };
             (0..target.len()).map(beyond).fold(0.0, f64::max)

@@ -55,6 +55,8 @@ const LEVEL_REACH_METERS: f64 = 0.1;
 const LEVEL_AGREEMENT_METERS: f64 = 0.05;
 /// A heel whose level is more than this above the lowest one of its foot is raised for the whole clip, as in a dance on the toes.
 const RAISED_HEEL_METERS: f64 = 0.08;
+/// A figure whose feet never come nearer to the floor than this, at a leg of 1 m, is in the air, however slow they are.
+const AIRBORNE_METERS: f64 = 0.1;
 
 /// Finds contacts.
 #[derive(Clone, Debug)]
@@ -149,6 +151,13 @@ impl ContactStage {
         let twins = self.points.iter().zip(levels).filter(|(other, _)| other.part == point.part);
         let lowest = twins.map(|(_, level)| *level).fold(level, f64::min);
         if level - lowest > LEVEL_AGREEMENT_METERS * self.scale { lowest } else { level }
+    }
+
+    /// Whether the feet are in the air all along, as in the loop of a fall.
+    fn is_airborne(&self, tracks: &[Tracked]) -> bool {
+        let lowest = tracks.iter().flat_map(|track| &track.heights).copied().fold(f64::INFINITY, f64::min);
+        self.op.floor == ContactFloor::Rule(ContactFloorRule::Adaptive)
+            && lowest - self.ground.source_floor > AIRBORNE_METERS * self.scale
     }
 
     /// Whether it is a tip that rests where no floor is: below where a foot stands on heel and ball.
@@ -265,8 +274,10 @@ impl Stage for ContactStage {
         let tracks: Vec<Tracked> =
             if floor_velocity == DVec3::ZERO { tracks } else { tracks.into_iter().map(over).collect() };
         let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
+        let is_airborne = self.is_airborne(&tracks);
         let point = |((point, track), level): ((&Point, Tracked), &f64)| {
-            let rests = !self.is_raised(point, *level, &levels) && !self.is_sunk(point, *level, &levels);
+            let rests =
+                !is_airborne && !self.is_raised(point, *level, &levels) && !self.is_sunk(point, *level, &levels);
             let level = rests.then(|| self.agreed(point, *level, &levels));
             let touches = self.touches(point, &track, level, work);
             let Point { name, limb, part, .. } = *point;

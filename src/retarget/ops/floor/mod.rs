@@ -199,7 +199,8 @@ impl FloorStage {
     }
 
     /// Where a sole should be when the source's is so high above its floor, and the level of its contact is that.
-    fn wanted(&self, foot: usize, source: f64, level: f64, hold: f64) -> Wanted {
+    fn wanted(&self, foot: usize, clearance: &Clearance, level: f64, hold: f64) -> Wanted {
+        let source = clearance.source;
         let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
         if self.feet[foot].is_same {
             // No deeper below where the source's stands than the source's for its legs, however large the pelvis scale.
@@ -211,7 +212,9 @@ impl FloorStage {
         let standing = soft_above(above - begin, width);
         let deepest = (source + self.most_level()).min(0.0) * self.target_leg / self.source_leg;
         let height = scale * (above.max(0.0) + (standing - above.max(0.0)) * hold);
-        Wanted { height: if deepest < 0.0 { deepest } else { height }, deepest }
+        // A source's foot may go down a step or, as often, dangle through a floor that nobody looked at: what is between that and the floor
+        // stays where it is.
+        Wanted { height: if deepest < 0.0 { clearance.target.clamp(deepest, 0.0) } else { height }, deepest }
     }
 
     /// How much the floor counts for every foot, frame by frame: while it touches, or while it is low where nothing touches at all.
@@ -263,7 +266,7 @@ impl Stage for FloorStage {
         let levels = self.levels(&rows, standing, work);
         let holds = self.holds(&rows, &levels, standing, work);
         let wanted = |foot: usize, frame: usize, clearance: &Clearance| {
-            self.wanted(foot, clearance.source, levels[foot][frame], holds[foot][frame])
+            self.wanted(foot, clearance, levels[foot][frame], holds[foot][frame])
         };
         let is_touching = standing.is_some();
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {

@@ -58,7 +58,7 @@ impl FloorStage {
         let levels = self.levels(&rows, standing, work);
         let holds = self.holds(&rows, &levels, standing, work);
         let wanted = |foot: usize, frame: usize| {
-            self.wanted(foot, rows[frame * width + foot].source, levels[foot][frame], holds[foot][frame])
+            self.wanted(foot, &rows[frame * width + foot], levels[foot][frame], holds[foot][frame])
         };
         // Where a foot stands on its whole sole, what it is off by is lifted; only what it is off by beside that is tilt. Else a foot
         // whose floor is too low or too high in the capture would land flat where the source's lands on its heel.

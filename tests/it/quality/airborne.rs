@@ -1,0 +1,78 @@
+//! Jumps and falls: feet that are slow in the air stand on nothing, and feet that dangle through the floor draw nobody down.
+
+use glam::Vec3;
+use retargetd::{
+    model::{Reporter, Scene, Track},
+    retarget::{MetricName, ReportChoice, StackResult, measure, parse_spec, resolve},
+    samples,
+};
+
+use super::figure::{Figure, moved, position, rig_of, world};
+use crate::support::corpus_file;
+
+/// The walk with every joint that hangs from nothing so much higher.
+fn raised(walk: &Scene, meters: f32) -> Scene {
+    let clip = &walk.clips[0];
+    let mut joints = clip.joints().to_vec();
+    for (joint, tracks) in walk.skeleton.joints().iter().zip(&mut joints) {
+        if joint.parent.is_none()
+            && let Track::Sampled(places) = &mut tracks.translation
+        {
+            places.iter_mut().for_each(|place| *place += Vec3::Y * meters);
+        }
+    }
+    let clip = clip.clone().with_joints(joints).expect("a clip");
+    Scene { clips: vec![clip], ..walk.clone() }
+}
+
+/// How high the lower ankle of the target is at the lowest, in meters.
+fn lowest_ankle(target: &Scene, result: &StackResult) -> f64 {
+    let feet = ["left_foot", "right_foot"].map(|role| rig_of("target", target).role(role)[0]);
+    let frames = 0..result.clip.frame_count();
+    let heights = frames.flat_map(|frame| {
+        let pose = world(&target.skeleton, Some((&result.clip, frame)));
+        feet.map(|foot| position(&pose, foot).y)
+    });
+    heights.fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn feet_in_the_air_stand_on_nothing() {
+    let (walk, target) = (samples::walk_scene(), samples::mannequin_scene());
+    let made = |meters: f32| {
+        let source = raised(&walk, meters);
+        let (from, onto) = (rig_of("source", &source), rig_of("target", &target));
+        let result = moved(&from, &onto);
+        let (spec, mut reporter) = (parse_spec(b"{}").expect("a spec"), Reporter::new());
+        let resolved = resolve(&spec, &from, &onto, &source.clips[0], &mut reporter).expect("a mapping");
+        let choice = ReportChoice::default();
+        let (clip, reaches) = (&source.clips[0], &result.reaches);
+        let measures = measure(&resolved.mapping, &from, &onto, clip, &result.clip, &choice, reaches);
+        let touches = result.contacts.iter().any(|track| track.touches.contains(&true));
+        (touches, measures.metrics[&MetricName::FloorFloat].value.is_some(), lowest_ankle(&target, &result))
+    };
+    let (on_floor, off_by_a_shoe, in_air) = (made(0.0), made(0.03), made(0.5));
+    assert!(on_floor.0 && on_floor.1, "a walk stands");
+    assert!(off_by_a_shoe.0 && off_by_a_shoe.1, "so does one whose floor is off by the thickness of a shoe");
+    assert!(!in_air.0 && !in_air.1, "nothing touches half a meter above the floor, and nothing is to float there");
+    assert!(in_air.2 - on_floor.2 > 0.4, "nor is anything drawn down: {} and {} m", in_air.2, on_floor.2);
+}
+
+/// A game's jump that stays where it begins, with toes that hang 27 cm below its floor at a leg of 1 m.
+#[test]
+fn feet_that_dangle_through_the_floor_draw_nobody_down() {
+    let [Some(source), Some(target)] = ["rigify-blender/gdquest_sophia.glb", "mixamo/gltf/Xbot.glb"].map(corpus_file)
+    else {
+        return;
+    };
+    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let jump = source.scene.clips.iter().find(|clip| clip.name() == "Jump").expect("its jump").clone();
+    let source = Scene { clips: vec![jump], ..source.scene };
+    let result = moved(&rig_of("source", &source), &rig_of("target", &target.scene));
+    let toes = ["left_toe", "right_toe"].map(|role| target.roles[role]);
+    for frame in 0..result.clip.frame_count() {
+        let pose = world(target.skeleton(), Some((&result.clip, frame)));
+        let lowest = toes.map(|toe| position(&pose, toe).y).into_iter().fold(f64::INFINITY, f64::min);
+        assert!(lowest > -0.06, "frame {frame}: toes are {lowest} m below the floor");
+    }
+}
