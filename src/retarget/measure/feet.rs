@@ -193,10 +193,12 @@ impl Feet {
             .collect();
         let is_airborne = self.is_airborne(&positions);
         for standing in &mut standing {
-            [(is_airborne.source, &mut standing.source), (is_airborne.target, &mut standing.target)]
-                .into_iter()
-                .filter(|(is_airborne, _)| *is_airborne)
-                .for_each(|(_, standing)| standing.never());
+            if is_airborne.source {
+                standing.source.never();
+            }
+            if is_airborne.target {
+                standing.target.never();
+            }
         }
         let skins = Both {
             source: self.skin(&performers.source, false, frames, &standing),
