@@ -1,6 +1,6 @@
 //! Whether the target's feet stand while the source's do.
 
-use super::{contacts::intervals, foot_points::Traced, metric::Reading};
+use super::{contacts::intervals, foot_points::Traced, metric::Reading, statistics::frames_per_second};
 
 /// A foot that comes or leaves by so much earlier or later than the source's stands with it: nobody sees that, and of short contacts it
 /// is all there is.
@@ -42,11 +42,6 @@ fn stands_alone(source: &[bool], target: &[bool], times_seconds: &[f64]) -> Vec<
     (0..source.len())
         .map(|frame| source[frame] && !near_target[frame] || target[frame] && !near_source[frame])
         .collect()
-}
-
-fn frames_per_second(times_seconds: &[f64]) -> f64 {
-    let seconds = times_seconds.last().zip(times_seconds.first()).map_or(0.0, |(last, first)| last - first);
-    if seconds > 0.0 { (times_seconds.len() - 1) as f64 / seconds } else { 0.0 }
 }
 
 /// In which frames a point stands, is about to, or has just done so.

@@ -6,6 +6,7 @@ use super::{
     limbs::angle,
     metric::{Finding, Reading, Series},
     motion::{Both, Compared, LONGEST_FRAME_SECONDS, Wanted},
+    statistics::frames_per_second,
 };
 use crate::rig::Rig;
 
@@ -106,9 +107,7 @@ impl Bend {
 
 /// How many frames last as long as one of [`SHORTEST_FRAME_SECONDS`].
 fn spacing(times_seconds: &[f64]) -> usize {
-    let [Some(first), Some(last)] = [times_seconds.first(), times_seconds.last()] else { return 1 };
-    let frames = (times_seconds.len() - 1) as f64 * SHORTEST_FRAME_SECONDS / (last - first).max(SHORTEST_FRAME_SECONDS);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most the number of frames")]
-    let whole = frames.round() as usize;
-    whole.max(1)
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of frames")]
+    let whole = (frames_per_second(times_seconds) * SHORTEST_FRAME_SECONDS).round() as usize;
+    whole.clamp(1, times_seconds.len().max(2) - 1)
 }

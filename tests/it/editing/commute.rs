@@ -2,13 +2,14 @@
 
 use retargetd::{
     model::{Clip, Control, Reporter, Scene},
-    retarget::{MetricName, Plan, Resolved, RetargetSpec, Stack, measure, resolve, run},
+    retarget::{MetricName, Plan, Resolved, RetargetSpec, resolve, run},
     rig::Rig,
     samples,
 };
 use serde_json::json;
 
 use super::edited;
+use crate::quality::figure::{measured, moved, rig_of};
 
 #[test]
 fn edits_of_time_commute_with_retargeting() {
@@ -44,14 +45,10 @@ fn edits_of_time_commute_with_retargeting() {
 
 /// What the default ops make of a clip, and the value of every measure.
 fn by_default(source: &Scene, target: &Scene, clip: &Clip) -> (Clip, Vec<(MetricName, Option<f64>)>) {
-    let spec = RetargetSpec::default();
-    let mut reporter = Reporter::new();
-    let from = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a source");
-    let onto = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a target");
-    let Resolved { mapping, ops, .. } = resolve(&spec, &from, &onto, clip, &mut reporter).expect("a mapping");
-    let stack = Stack::new(from.skeleton(), onto.skeleton(), &mapping, &ops);
-    let result = stack.run(clip, &Control::new()).expect("a result");
-    let measures = measure(&mapping, &from, &onto, clip, &result.clip, &spec.report, &result.reaches);
+    let source = Scene { clips: vec![clip.clone()], ..source.clone() };
+    let (from, onto) = (rig_of("source", &source), rig_of("target", target));
+    let result = moved(&from, &onto);
+    let measures = measured(&from, &onto, &result);
     let values = measures.metrics.iter().map(|(name, metric)| (*name, metric.value)).collect();
     (result.clip, values)
 }

@@ -2,28 +2,13 @@
 
 use glam::Vec3;
 use retargetd::{
-    model::{Reporter, Scene, Track},
-    retarget::{MetricName, ReportChoice, StackResult, measure, parse_spec, resolve},
+    model::Scene,
+    retarget::{MetricName, StackResult},
     samples,
 };
 
-use super::figure::{Figure, moved, position, rig_of, world};
+use super::figure::{Figure, measured, moved, position, rig_of, with_roots_moved, world};
 use crate::support::corpus_file;
-
-/// The walk with every joint that hangs from nothing so much higher.
-fn raised(walk: &Scene, meters: f32) -> Scene {
-    let clip = &walk.clips[0];
-    let mut joints = clip.joints().to_vec();
-    for (joint, tracks) in walk.skeleton.joints().iter().zip(&mut joints) {
-        if joint.parent.is_none()
-            && let Track::Sampled(places) = &mut tracks.translation
-        {
-            places.iter_mut().for_each(|place| *place += Vec3::Y * meters);
-        }
-    }
-    let clip = clip.clone().with_joints(joints).expect("a clip");
-    Scene { clips: vec![clip], ..walk.clone() }
-}
 
 /// How high the lower ankle of the target is at the lowest, in meters.
 fn lowest_ankle(target: &Scene, result: &StackResult) -> f64 {
@@ -40,14 +25,10 @@ fn lowest_ankle(target: &Scene, result: &StackResult) -> f64 {
 fn feet_in_the_air_stand_on_nothing() {
     let (walk, target) = (samples::walk_scene(), samples::mannequin_scene());
     let made = |meters: f32| {
-        let source = raised(&walk, meters);
+        let source = with_roots_moved(&walk, |_| Vec3::Y * meters);
         let (from, onto) = (rig_of("source", &source), rig_of("target", &target));
         let result = moved(&from, &onto);
-        let (spec, mut reporter) = (parse_spec(b"{}").expect("a spec"), Reporter::new());
-        let resolved = resolve(&spec, &from, &onto, &source.clips[0], &mut reporter).expect("a mapping");
-        let choice = ReportChoice::default();
-        let (clip, reaches) = (&source.clips[0], &result.reaches);
-        let measures = measure(&resolved.mapping, &from, &onto, clip, &result.clip, &choice, reaches);
+        let measures = measured(&from, &onto, &result);
         let touches = result.contacts.iter().any(|track| track.touches.contains(&true));
         (touches, measures.metrics[&MetricName::FloorFloat].value.is_some(), lowest_ankle(&target, &result))
     };

@@ -2,12 +2,12 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat4, DQuat, DVec3, Vec3};
 use retargetd::{
     engine::{Inspection, NamedBytes, OneOrMore, inspect},
     formats::{self, Limits},
-    model::{Clip, Control, Reporter, Scene, Skeleton},
-    retarget::{Resolved, RetargetSpec, Stack, StackResult, resolve},
+    model::{Clip, Control, Reporter, Scene, Skeleton, Track},
+    retarget::{Measures, Resolved, RetargetSpec, Stack, StackResult, measure, resolve},
     rig::{Rig, RigSpec},
 };
 
@@ -95,6 +95,28 @@ pub(crate) fn moved_with(from: &Rig<'_>, onto: &Rig<'_>, spec: &RetargetSpec) ->
     let Resolved { mapping, ops, .. } = resolve(spec, from, onto, clip, &mut Reporter::new()).expect("it resolves");
     let stack = Stack::new(from.skeleton(), onto.skeleton(), &mapping, &ops);
     stack.run(clip, &Control::new()).expect("it runs")
+}
+
+/// What the report says of a result of [`moved`], or of [`moved_with`] where the config leaves the rigs alone.
+pub(crate) fn measured(from: &Rig<'_>, onto: &Rig<'_>, result: &StackResult) -> Measures {
+    let (clip, spec) = (&from.scene.clips[0], RetargetSpec::default());
+    let resolved = resolve(&spec, from, onto, clip, &mut Reporter::new()).expect("it resolves");
+    measure(&resolved.mapping, from, onto, clip, &result.clip, &spec.report, &result.reaches)
+}
+
+/// A scene with one clip, its first, in which every joint that hangs from nothing is moved by so much at a time in seconds.
+pub(crate) fn with_roots_moved(scene: &Scene, by: impl Fn(f64) -> Vec3) -> Scene {
+    let clip = &scene.clips[0];
+    let mut joints = clip.joints().to_vec();
+    for (joint, tracks) in scene.skeleton.joints().iter().zip(&mut joints) {
+        if joint.parent.is_none()
+            && let Track::Sampled(places) = &mut tracks.translation
+        {
+            places.iter_mut().zip(clip.times_seconds()).for_each(|(place, time)| *place += by(*time));
+        }
+    }
+    let clip = clip.clone().with_joints(joints).expect("a clip");
+    Scene { clips: vec![clip], ..scene.clone() }
 }
 
 /// The rig that a scene is without a config.

@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 use retargetd::{
-    model::{Clip, Reporter, Scene, Track},
-    retarget::{ContactTrack, Measures, Metric, MetricName, ReportChoice, StackResult, measure, parse_spec, resolve},
+    model::{Scene, Track},
+    retarget::{ContactTrack, Measures, Metric, MetricName, StackResult, parse_spec},
     samples,
 };
 
-use super::figure::{moved, moved_with, position, rig_of, world};
+use super::figure::{measured, moved, moved_with, position, rig_of, with_roots_moved, world};
 
 /// The result, and the joints of the target's toes.
 fn walked(source: &Scene, target: &Scene) -> (StackResult, [usize; 2]) {
@@ -17,19 +17,7 @@ fn walked(source: &Scene, target: &Scene) -> (StackResult, [usize; 2]) {
 
 /// The walk with every joint that hangs from nothing taken back by so many meters a second along its way.
 fn taken_back(walk: &Scene, meters_per_second: f32) -> Scene {
-    let clip = &walk.clips[0];
-    let mut joints = clip.joints().to_vec();
-    for (joint, tracks) in walk.skeleton.joints().iter().zip(&mut joints) {
-        if joint.parent.is_none()
-            && let Track::Sampled(places) = &mut tracks.translation
-        {
-            for (place, time) in places.iter_mut().zip(clip.times_seconds()) {
-                *place -= Vec3::Z * (meters_per_second * *time as f32);
-            }
-        }
-    }
-    let clip: Clip = clip.clone().with_joints(joints).expect("a clip");
-    Scene { clips: vec![clip], ..walk.clone() }
+    with_roots_moved(walk, |time| -Vec3::Z * (meters_per_second * time as f32))
 }
 
 /// The share of frames in which both say the same of every point.
@@ -63,15 +51,6 @@ fn feet_of_a_walk_on_the_spot_stand_when_those_of_the_walk_do() {
     }
 }
 
-/// What the report says of a motion of the target.
-fn measured(source: &Scene, target: &Scene, result: &Clip) -> Measures {
-    let (from, onto) = (rig_of("source", source), rig_of("target", target));
-    let clip = &source.clips[0];
-    let spec = parse_spec(b"{}").expect("a spec");
-    let resolved = resolve(&spec, &from, &onto, clip, &mut Reporter::new()).expect("it maps");
-    measure(&resolved.mapping, &from, &onto, clip, result, &ReportChoice::default(), &[])
-}
-
 fn value(measures: &Measures, name: MetricName) -> f64 {
     let Metric { value, reason, .. } = &measures.metrics[&name];
     value.unwrap_or_else(|| panic!("{name:?} is not measured: {reason:?}"))
@@ -81,9 +60,10 @@ fn value(measures: &Measures, name: MetricName) -> f64 {
 fn the_report_measures_feet_of_a_walk_on_the_spot_over_the_floor_that_runs() {
     let (walk, target) = (samples::walk_scene(), samples::mannequin_scene());
     let on_spot = taken_back(&walk, samples::WALK_SPEED as f32);
-    let (over_floor, _) = walked(&walk, &target);
-    let (running, _) = walked(&on_spot, &target);
-    let (standing, running) = (measured(&walk, &target, &over_floor.clip), measured(&on_spot, &target, &running.clip));
+    let [standing, running] = [&walk, &on_spot].map(|source| {
+        let (from, onto) = (rig_of("source", source), rig_of("target", &target));
+        measured(&from, &onto, &moved(&from, &onto))
+    });
     assert_eq!(standing.floor_speed_meters_per_second, None, "the floor of a walk that gets on stands");
     let speed = running.floor_speed_meters_per_second.expect("the floor runs");
     let source = speed.source.expect("it is known");
@@ -103,8 +83,7 @@ fn feet_go_along_with_the_floor_as_evenly_as_the_source_does() {
     let on_spot = taken_back(&walk, samples::WALK_SPEED as f32);
     let (from, onto) = (rig_of("source", &on_spot), rig_of("target", &target));
     let slide = |spec: &[u8]| {
-        let clip = moved_with(&from, &onto, &parse_spec(spec).expect("a spec")).clip;
-        let measures = measured(&on_spot, &target, &clip);
+        let measures = measured(&from, &onto, &moved_with(&from, &onto, &parse_spec(spec).expect("a spec")));
         (value(&measures, MetricName::FootSlide), measures.metrics[&MetricName::FootSlide].source_value)
     };
     let (alone, _) = slide(br#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#);
