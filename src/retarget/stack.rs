@@ -83,6 +83,7 @@ impl Stack {
             contacts: ContactPoints::default(),
             goals: Vec::new(),
             source_soles: Vec::new(),
+            resting: None,
             pelvis_moves: Vec::new(),
             residuals: Vec::new(),
             limited: Vec::new(),

@@ -58,4 +58,5 @@ pub use rig::Rig;
 pub use soles::{FootPoint, FootShape, SupportPoint};
 pub use spec::*;
 pub use tails::{Tail, TailJoint, TailPoint};
+pub(crate) use volumes::trunk_ends;
 pub use volumes::{Anchor, BodyPart, Capsule, HandPair, body_capsules};

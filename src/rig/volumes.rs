@@ -15,6 +15,8 @@ const WITHIN: f64 = 0.6;
 const BAND: f64 = 0.08;
 /// Share of the points of the trunk there that lie within its width and its depth.
 const WITHIN_TRUNK: f64 = 0.9;
+/// Share of the points of a joint that lie within the ends of its mesh on a side.
+const WITHIN_ENDS: f64 = 0.95;
 /// A mesh that says a part is thinner or thicker than usual by more than this factor is clothes, or belongs to something else.
 const MAX_UNUSUAL: f64 = 2.5;
 
@@ -80,6 +82,20 @@ pub(crate) fn body_parts(source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<B
 #[must_use]
 pub fn body_capsules(side: &Rig<'_>) -> Vec<(&'static str, Capsule)> {
     side.recall(HowThickItIs, |_| fitted_capsules(side))
+}
+
+/// Where the trunk ends on all sides: points of hips, waist and chest, and how much beyond them it reaches. Of the mesh where there is one,
+/// but for what a few of its vertices are, such as spikes. In the scene's unit.
+pub(crate) fn trunk_ends(side: &Rig<'_>) -> Vec<(Anchor, f64)> {
+    side.recall(WhereItsTrunkEnds, |_| Body::of(side, 1.0).map(|body| body.trunk_ends()).unwrap_or_default())
+}
+
+/// Where does its trunk end?
+#[derive(PartialEq)]
+struct WhereItsTrunkEnds;
+
+impl Question for WhereItsTrunkEnds {
+    type Answer = Vec<(Anchor, f64)>;
 }
 
 /// How thick is it?
@@ -180,6 +196,35 @@ impl<'a, 'b> Body<'a, 'b> {
             let points = self.side.scene.skin_points.of(joint).iter();
             points.map(move |point| rest.transform_point(point.position.as_dvec3()))
         })
+    }
+
+    /// See [`trunk_ends`].
+    fn trunk_ends(&self) -> Vec<(Anchor, f64)> {
+        let joints = self.side.role("pelvis").iter().chain(self.side.role("spine"));
+        let of_mesh: Vec<(Anchor, f64)> = joints.flat_map(|&joint| self.ends_of(joint)).collect();
+        if !of_mesh.is_empty() {
+            return of_mesh;
+        }
+        let ends = |(_, _, capsule): &Named| [capsule.start, capsule.end].map(|anchor| (anchor, capsule.radius));
+        self.trunk().iter().filter(|(name, ..)| *name != "head").flat_map(ends).collect()
+    }
+
+    /// What the mesh of a joint reaches to along its axes and between them.
+    fn ends_of(&self, joint: usize) -> Vec<(Anchor, f64)> {
+        let points: Vec<DVec3> = self.mesh_points(&[joint]).collect();
+        if points.len() < FEW_POINTS {
+            return Vec::new();
+        }
+        let center = points.iter().sum::<DVec3>() / points.len() as f64;
+        let sides = [-1.0, 0.0, 1.0];
+        let directions =
+            sides.into_iter().flat_map(|x| sides.into_iter().flat_map(move |y| sides.map(|z| DVec3::new(x, y, z))));
+        let end = |direction: DVec3| {
+            let direction = direction.try_normalize()?;
+            let mut ways: Vec<f64> = points.iter().map(|point| (*point - center).dot(direction)).collect();
+            Some((self.anchor(joint, center + direction * share_of(&mut ways, WITHIN_ENDS)), 0.0))
+        };
+        directions.filter_map(end).collect()
     }
 
     /// The distance from the line within which most of the points beside it are.

@@ -12,6 +12,7 @@ mod gait;
 mod heads;
 mod invariance;
 mod limbs;
+mod lying;
 mod made_rigs;
 mod matrix;
 mod near_hands;

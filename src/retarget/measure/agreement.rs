@@ -1,6 +1,6 @@
 //! Whether the target's feet stand while the source's do.
 
-use super::{contacts::intervals, foot_points::Traced, metric::Reading, statistics::frames_per_second};
+use super::{contacts::intervals, foot_points::Traced, metric::Reading, statistics::frames_per_second, trunk::Resting};
 
 /// A foot that comes or leaves by so much earlier or later than the source's stands with it: nobody sees that, and of short contacts it
 /// is all there is.
@@ -9,13 +9,15 @@ const NEAR_SECONDS: f64 = 0.05;
 /// Contacts that last less, of all points and both sides together, say little: what they differ by is a share of this.
 const MIN_SECONDS: f64 = 1.0;
 
-/// 1 − F1 of frames in contact; nothing where the source never stands. `frames` are the clip's frames that are measured.
-pub(super) fn disagreement(bearing: &[&Traced<'_>], frames: &[usize]) -> Option<Reading> {
+/// 1 − F1 of frames in contact; nothing where the source never stands. `frames` are the clip's frames that are measured. Where a body sits or
+/// lies, feet lie too, as thick as they are, and carry nothing.
+pub(super) fn disagreement(bearing: &[&Traced<'_>], frames: &[usize], resting: &Resting) -> Option<Reading> {
     let mut reading = Reading::default();
     let (mut all_alone, mut all, mut of_source) = (0, 0, 0);
     for traced in bearing {
         let (source, target) = (&traced.standing.source.stands, &traced.standing.target.stands);
-        let alone = stands_alone(source, target, traced.performed_seconds);
+        let mut alone = stands_alone(source, target, traced.performed_seconds);
+        alone.iter_mut().zip(frames).for_each(|(alone, &frame)| *alone &= !resting.is_near(frame));
         let count = |stands: &[bool]| stands.iter().filter(|stands| **stands).count();
         let sum = count(source) + count(target);
         all += sum;

@@ -41,7 +41,7 @@ impl Collisions {
             };
             let (source, target) = (own(&capsules.source)?, own(&capsules.target)?);
             let mut end = |source: crate::rig::Anchor, target: crate::rig::Anchor| {
-                wanted.point(Both { source: anchor(rigs.source, source), target: anchor(rigs.target, target) })
+                wanted.point(Both { source: Anchor::of(rigs.source, source), target: Anchor::of(rigs.target, target) })
             };
             let ends = [end(source.start, target.start), end(source.end, target.end)];
             let radius = Both {
@@ -78,12 +78,6 @@ impl Collisions {
         }
         Reading::of_worst_part(&series, &compared.frames.indices, 0.98).ok_or(NO_ARMS)
     }
-}
-
-fn anchor(rig: &Rig<'_>, anchor: crate::rig::Anchor) -> Anchor {
-    let scale = rig.rest.transforms()[anchor.joint].scale;
-    let scale = DVec3::select(scale.cmpeq(DVec3::ZERO), DVec3::ONE, scale);
-    Anchor { joint: anchor.joint, offset: anchor.offset / scale }
 }
 
 /// How far two capsules are in one another, meters; negative where they are apart.

@@ -22,6 +22,7 @@ use super::{
     skin::{FootSkin, Half, PartTrack, WantedPart},
     slide::travel,
     statistics::{mean, percentile},
+    trunk::Resting,
 };
 use crate::rig::{Rig, Role, floors};
 
@@ -181,7 +182,12 @@ impl Feet {
         Some(Skinned { tracks, floor: in_clip * performer.rig.unit_meters })
     }
 
-    pub(super) fn measure(&self, performers: &Both<Performer<'_>>, compared: &Compared) -> FeetFindings {
+    pub(super) fn measure(
+        &self,
+        performers: &Both<Performer<'_>>,
+        compared: &Compared,
+        resting: &Resting,
+    ) -> FeetFindings {
         let frames = &compared.frames.indices;
         let positions: Vec<_> = self.points.iter().map(|point| point.positions(compared)).collect();
         let floors = running_floors(&self.points, &positions, &self.legs, &compared.performed_seconds);
@@ -224,7 +230,7 @@ impl Feet {
             slide,
             penetration: self.penetration(&traced, &heights, &skins, compared),
             float: self.float(&bearing, compared),
-            disagreement: disagreement(&bearing, frames).ok_or(NO_CONTACT),
+            disagreement: disagreement(&bearing, frames, resting).ok_or(NO_CONTACT),
             contacts,
             contacts_left_out,
             heights,

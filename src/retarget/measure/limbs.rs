@@ -10,6 +10,7 @@ use super::{
     metric::{Finding, Reading, Series},
     motion::{Both, Compared, Wanted},
     statistics::{mean, percentile},
+    trunk::Resting,
 };
 use crate::{
     model::{
@@ -41,6 +42,9 @@ const ENDS: [(&str, &[&str]); 4] = [
     ("left_foot", &["left_toe"]),
     ("right_foot", &["right_toe"]),
 ];
+
+/// Limbs that are legs.
+const LEGS: [[&str; 2]; 2] = [["left_thigh", "left_shin"], ["right_thigh", "right_shin"]];
 
 /// Joints whose whole turn is compared.
 const WHOLE: [&str; 6] = ["pelvis", "head", "left_hand", "right_hand", "left_foot", "right_foot"];
@@ -136,14 +140,25 @@ impl Limbs {
         Self { limbs, wholes: WHOLE.into_iter().filter_map(whole).collect() }
     }
 
-    /// `flat` are the frames of the clip in which feet of the source stand with all of their points.
-    pub(super) fn series(&self, compared: &Compared, flat: &BTreeMap<String, Vec<bool>>) -> LimbSeries {
+    /// The frames of the clip in which feet of the source stand with all of their points, and those in which its trunk is on the floor.
+    pub(super) fn series(
+        &self,
+        compared: &Compared,
+        (flat, resting): (&BTreeMap<String, Vec<bool>>, &Resting),
+    ) -> LimbSeries {
         let series = |role: &str, joint: usize, value: &dyn Fn(usize) -> f64| Series {
             part: role.to_owned(),
             joint,
             values: (0..compared.len()).map(value).collect(),
         };
-        let direction = |limb: &Limb| series(limb.role, limb.joint, &|frame| limb.direction_degrees(compared, frame));
+        let direction = |limb: &Limb| {
+            let leg = LEGS.iter().find(|leg| leg.contains(&limb.role)).and_then(|leg| self.leg(leg));
+            let value = |frame: usize| {
+                let degrees = limb.direction_degrees(compared, frame);
+                leg.map_or(degrees, |leg| (degrees - lying_degrees(leg, compared, resting, frame)).max(0.0))
+            };
+            series(limb.role, limb.joint, &value)
+        };
         let is_flat =
             |role: &str, frame: usize| flat.get(role).is_some_and(|flat| flat[compared.frames.indices[frame]]);
         let whole = |whole: &Whole| {
@@ -162,6 +177,28 @@ impl Limbs {
             wholes: self.wholes.iter().map(whole).collect(),
         }
     }
+}
+
+impl Limbs {
+    /// The points from which to which a leg is.
+    fn leg(&self, roles: &[&str; 2]) -> Option<[usize; 2]> {
+        let [thigh, shin] = roles.map(|role| self.limbs.iter().find(|limb| limb.role == role));
+        Some([thigh?.start, shin?.end])
+    }
+}
+
+/// By how many degrees a leg of the target is steeper or flatter than the source's while the body sits or lies and its foot is on the floor:
+/// hips are as high over it as bodies are thick, so that much is no error.
+fn lying_degrees(leg: [usize; 2], compared: &Compared, resting: &Resting, frame: usize) -> f64 {
+    if !resting.lies(compared.frames.indices[frame], compared.target.position(frame, leg[1]).y) {
+        return 0.0;
+    }
+    let steepness = |is_target: bool| {
+        let side = compared.side(is_target);
+        let line = side.position(frame, leg[1]) - side.position(frame, leg[0]);
+        line.y.atan2(line.x.hypot(line.z)).to_degrees()
+    };
+    (steepness(true) - steepness(false)).abs()
 }
 
 impl Limb {

@@ -33,6 +33,7 @@ mod spine;
 mod statistics;
 mod tracks;
 mod travel;
+mod trunk;
 
 #[cfg(test)]
 mod tests;
@@ -60,6 +61,7 @@ use self::{
     spine::Spine,
     tracks::{bone_length_drift, rotation_steps},
     travel::Travel,
+    trunk::{Resting, Trunk},
 };
 use super::LimbReach;
 use super::{
@@ -171,7 +173,7 @@ pub fn measure(
     };
     let spread = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBORS) };
     let every = OfEveryFrame::measure(&performers, sizes, Frames::all(count));
-    let spread = OfSpreadFrames::measure(&performers, &sizes, mapping, &every.flat, spread);
+    let spread = OfSpreadFrames::measure(&performers, &sizes, mapping, (&every.flat, &every.resting), spread);
 
     let looked_at = &spread.compared.frames.indices;
     let (continuity, jumps) = rotation_steps(mapping, (source.skeleton(), source_clip), (target, result));
@@ -224,6 +226,7 @@ struct OfEveryFrame {
     sole_heights: Vec<Series>,
     slide_speeds: Vec<Series>,
     flat: BTreeMap<String, Vec<bool>>,
+    resting: Resting,
     floor_speeds: Option<SidePair>,
 }
 
@@ -235,18 +238,21 @@ impl OfEveryFrame {
         let travel = Travel::find(&rigs, &sizes, &mut wanted);
         let knees = Pops::knees(&rigs, &mut wanted);
         let spine = Spine::find(performers, &mut wanted);
+        let trunk = Trunk::find(&rigs, &sizes, &mut wanted);
         let compared = compare(performers, &wanted, frames);
-        let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(performers, &compared));
+        let resting = trunk.and_then(|trunk| trunk.resting(performers, &compared)).unwrap_or_default();
+        let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(performers, &compared, &resting));
         let findings = vec![
             (MetricName::FootSlide, feet.slide),
             (MetricName::FloorPenetration, feet.penetration),
             (MetricName::FloorFloat, feet.float),
             (MetricName::ContactDisagreement, feet.disagreement),
-            (MetricName::PelvisPath, travel.path(&compared)),
+            (MetricName::PelvisPath, travel.path(&compared, &resting)),
             (MetricName::Facing, travel.facing(&compared)),
             (MetricName::SpineKink, Spine::kink(spine.as_ref(), &compared)),
             (MetricName::KneePop, knees.measure(&compared)),
-            (MetricName::PelvisSway, travel.sway(&compared)),
+            (MetricName::PelvisSway, travel.sway(&compared, &resting)),
+            (MetricName::TrunkFloat, resting.float(&compared)),
         ];
         Self {
             compared,
@@ -256,6 +262,7 @@ impl OfEveryFrame {
             sole_heights: feet.heights,
             slide_speeds: feet.slide_speeds,
             flat: feet.flat,
+            resting,
             floor_speeds: floor_speeds(&feet.floors, performers.source.clip.tempo()),
         }
     }
@@ -269,12 +276,12 @@ struct OfSpreadFrames {
 }
 
 impl OfSpreadFrames {
-    /// `flat` are the frames of the clip in which feet of the source stand with all of their points.
+    /// The frames of the clip in which feet of the source stand with all of their points, and those in which its trunk is on the floor.
     fn measure(
         performers: &Both<Performer<'_>>,
         sizes: &Both<Size>,
         mapping: &Mapping,
-        flat: &BTreeMap<String, Vec<bool>>,
+        standing: (&BTreeMap<String, Vec<bool>>, &Resting),
         frames: Frames,
     ) -> Self {
         let rigs = performers.map(|performer| performer.rig);
@@ -289,7 +296,7 @@ impl OfSpreadFrames {
         let compared = compare(performers, &wanted, frames);
 
         let looked_at = &compared.frames.indices;
-        let limbs = limbs.series(&compared, flat);
+        let limbs = limbs.series(&compared, standing);
         let (flips, limits) = bends.measure(&compared);
         let worst_limb = Reading::of_worst_part(&limbs.directions, looked_at, 0.95).ok_or(NO_LIMBS);
         let findings = vec![

@@ -29,6 +29,13 @@ pub(super) struct Anchor {
 }
 
 impl Anchor {
+    /// Of a point in the scale of the scene.
+    pub(super) fn of(rig: &Rig<'_>, anchor: crate::rig::Anchor) -> Self {
+        let scale = rig.rest.transforms()[anchor.joint].scale;
+        let scale = DVec3::select(scale.cmpeq(DVec3::ZERO), DVec3::ONE, scale);
+        Self { joint: anchor.joint, offset: anchor.offset / scale }
+    }
+
     pub(super) const fn at(joint: usize) -> Self {
         Self { joint, offset: DVec3::ZERO }
     }
@@ -205,7 +212,12 @@ impl<'a> Kinematics<'a> {
     /// Only what [`Self::pose`] needs.
     pub(super) fn of_joints(performer: &Performer<'a>, joints: &[usize]) -> Self {
         let points: Vec<Anchor> = joints.iter().map(|&joint| Anchor::at(joint)).collect();
-        Self::new(performer, &points, &[])
+        Self::of_points(performer, &points)
+    }
+
+    /// Only points.
+    pub(super) fn of_points(performer: &Performer<'a>, points: &[Anchor]) -> Self {
+        Self::new(performer, points, &[])
     }
 
     /// How many joints there are.
@@ -246,7 +258,8 @@ impl<'a> Kinematics<'a> {
         }
     }
 
-    fn run(&self, frames: &[usize]) -> Motion {
+    /// Points and turns at some frames of the clip.
+    pub(super) fn run(&self, frames: &[usize]) -> Motion {
         let (points, turns) = (self.points.len(), self.turns.len());
         let mut positions = vec![Vec3::ZERO; frames.len() * points];
         let mut rotations = vec![Quat::IDENTITY; frames.len() * turns];

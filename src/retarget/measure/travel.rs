@@ -7,6 +7,7 @@ use super::{
     limbs::percentile_finding,
     metric::{Finding, Reading, Series},
     motion::{Both, Compared, Wanted},
+    trunk::Resting,
 };
 use crate::rig::Rig;
 
@@ -53,14 +54,21 @@ impl Travel {
         Self { pelvis, hips, leg: sizes.target.leg }
     }
 
-    /// Where the target's pelvis is beside the source's path when that is scaled to fit best, level and upright ways apart; meters.
-    fn beside(&self, compared: &Compared) -> Result<Vec<DVec3>, &'static str> {
+    /// Where the target's pelvis is beside the source's path when that is scaled to fit best, level and upright ways apart; meters. Where a
+    /// trunk is on the floor, how thick it is says how high the pelvis is, and not the path.
+    fn beside(&self, compared: &Compared, resting: &Resting) -> Result<Vec<DVec3>, &'static str> {
         let pelvis = self.pelvis.ok_or(NO_PELVIS)?;
+        let weight = |index: &usize| DVec3::new(1.0, if resting.is_near(*index) { 0.0 } else { 1.0 }, 1.0);
+        let weights: Vec<DVec3> = compared.frames.indices.iter().map(weight).collect();
         let [source, target] = [false, true].map(|is_target| {
             let side = compared.side(is_target);
             let path: Vec<DVec3> = (0..compared.len()).map(|frame| side.position(frame, pelvis.slot)).collect();
-            let middle = path.iter().sum::<DVec3>() / path.len().max(1) as f64;
-            path.into_iter().map(|position| position - middle).collect::<Vec<DVec3>>()
+            let weighed = path.iter().zip(&weights).map(|(position, weight)| *position * *weight);
+            let middle = weighed.sum::<DVec3>() / weights.iter().sum::<DVec3>().max(DVec3::ONE);
+            path.into_iter()
+                .zip(&weights)
+                .map(|(position, weight)| (position - middle) * *weight)
+                .collect::<Vec<DVec3>>()
         });
         let fit = |axes: DVec3| {
             let (mut across, mut along) = (0.0, 0.0);
@@ -80,9 +88,10 @@ impl Travel {
     }
 
     /// How far the target's pelvis is from the source's path when that is scaled to fit best.
-    pub(super) fn path(&self, compared: &Compared) -> Finding {
+    pub(super) fn path(&self, compared: &Compared, resting: &Resting) -> Finding {
         let (pelvis, leg) = (self.pelvis.ok_or(NO_PELVIS)?, self.leg.ok_or(NO_PELVIS)?);
-        let off: Vec<f64> = self.beside(compared)?.iter().map(|beside| beside.length() / leg * 100.0).collect();
+        let off: Vec<f64> =
+            self.beside(compared, resting)?.iter().map(|beside| beside.length() / leg * 100.0).collect();
         let mean_square = off.iter().map(|value| value * value).sum::<f64>() / off.len().max(1) as f64;
         let series = Series { part: "pelvis".to_owned(), joint: pelvis.joint, values: off };
         let reading = Reading::of_series(&[series], &compared.frames.indices, 1.0).ok_or(STANDS)?;
@@ -90,10 +99,10 @@ impl Travel {
     }
 
     /// How far the pelvis moves to and fro beside that path: what is left of it over the floor without its mean over about a second.
-    pub(super) fn sway(&self, compared: &Compared) -> Finding {
+    pub(super) fn sway(&self, compared: &Compared, resting: &Resting) -> Finding {
         let (pelvis, leg) = (self.pelvis.ok_or(NO_PELVIS)?, self.leg.ok_or(NO_PELVIS)?);
         let beside: Vec<DVec3> =
-            self.beside(compared)?.iter().map(|beside| *beside * DVec3::new(1.0, 0.0, 1.0)).collect();
+            self.beside(compared, resting)?.iter().map(|beside| *beside * DVec3::new(1.0, 0.0, 1.0)).collect();
         let mut sums = vec![DVec3::ZERO];
         beside.iter().for_each(|place| sums.push(sums[sums.len() - 1] + *place));
         let times = &compared.performed_seconds;

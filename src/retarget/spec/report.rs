@@ -146,6 +146,9 @@ pub enum MetricName {
     /// How far the pelvis moves to and fro over the floor beside the source's path when that is scaled to fit best, at 1 m leg length;
     /// 98th percentile over frames.
     PelvisSway,
+    /// How far the lowest point of hips, waist and chest is off the floor while the source's is on it, beyond the source's, at 1 m leg length;
+    /// 95th percentile over frames.
+    TrunkFloat,
     /// How much deeper forearms and hands are in trunk and head than the source's, by capsules about the bones, at 1 m leg length; 98th
     /// percentile over frames, of the worst part.
     SelfPenetration,
@@ -200,7 +203,7 @@ impl MetricName {
 }
 
 /// The one place of all thresholds.
-const METRICS: [MetricInfo; 26] = [
+const METRICS: [MetricInfo; 27] = [
     MetricInfo {
         metric: MetricName::FootSlide,
         name: "foot_slide",
@@ -426,6 +429,16 @@ const METRICS: [MetricInfo; 26] = [
         forgives_source: false,
         weight: 1.0,
         about: "how far the pelvis moves to and fro over the floor beside the source's path when that is scaled to fit best, at 1 m leg length; 98th percentile over frames",
+    },
+    MetricInfo {
+        metric: MetricName::TrunkFloat,
+        name: "trunk_float",
+        unit: "cm",
+        threshold: Threshold { warn_above: 4.0, fail_above: 10.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "how far the lowest point of hips, waist and chest is off the floor while the source's body sits or lies on it, above it or deeper in it than the source's, at 1 m leg length; 95th percentile over frames",
     },
     MetricInfo {
         metric: MetricName::SelfPenetration,

@@ -27,12 +27,22 @@ pub(in crate::retarget) struct Work<'a> {
     pub(in crate::retarget) goals: Vec<Goal>,
     /// Heights of the source's soles in plan space, frame by frame, one list per limb of the mapping; empty where they are not known yet.
     pub(in crate::retarget) source_soles: Vec<Vec<f64>>,
+    /// When the trunk rests on the floor, frame by frame; empty where it never does, nothing where that is not known yet.
+    pub(in crate::retarget) resting: Option<Vec<Resting>>,
     /// How far the pelvis is to be moved beside what makes held feet reachable, frame by frame; empty where it is not.
     pub(in crate::retarget) pelvis_moves: Vec<DVec3>,
     /// Distance that is left between goal and end, frame by frame, one per limb; in plan units. Not a number for limbs without goals.
     pub(in crate::retarget) residuals: Vec<f32>,
     /// What `limits` ops took back so far.
     pub(in crate::retarget) limited: Vec<LimitedJoint>,
+}
+
+/// How much the trunk of the source rests on the floor at a frame, 0 to 1, and how far the target's is moved up for that: that share of
+/// what it is off by. Both smooth over time.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::retarget) struct Resting {
+    pub(in crate::retarget) share: f64,
+    pub(in crate::retarget) shift: f64,
 }
 
 /// What a `limits` op took back at one joint.
@@ -120,6 +130,11 @@ pub(in crate::retarget) struct Change {
 }
 
 impl Work<'_> {
+    /// How the trunk rests on the floor at a frame.
+    pub(in crate::retarget) fn resting(&self, frame: usize) -> Resting {
+        self.resting.as_ref().and_then(|resting| resting.get(frame)).copied().unwrap_or_default()
+    }
+
     pub(in crate::retarget) fn frame_count(&self) -> usize {
         self.times.len()
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{
-    FloorFoot, FloorOp, FloorStage, FootSlots, Sole, TiltStage,
+    FloorFoot, FloorOp, FloorStage, FootSlots, Sole, TiltStage, Trunk, Trunks,
     tails::{LiftedTail, TailStage},
     toes::{ToeStage, ToedFoot},
 };
@@ -22,7 +22,7 @@ use crate::{
         },
         stages::{builder::StackBuilder, posing::Posing, stage::Stage, work::Changed},
     },
-    rig::{LimbJoints, Tail, tails::find_tails},
+    rig::{Anchor, LimbJoints, Tail, tails::find_tails, trunk_ends},
 };
 
 /// A `floor` op, and the tails that it keeps above the floor.
@@ -30,6 +30,8 @@ use crate::{
 struct ResolvedFloor {
     op: FloorOp,
     tails: Vec<Tail>,
+    /// Where the trunks of source and target end, and how much beyond, in plan units.
+    trunks: [Vec<(Anchor, f64)>; 2],
 }
 
 impl OpWork for ResolvedFloor {
@@ -37,7 +39,7 @@ impl OpWork for ResolvedFloor {
         stack.need_goals(&op.limbs);
         self.tilt(op, stack);
         stack.is_tilted = false;
-        let stage = floor_stage(stack, &self.op, op);
+        let stage = floor_stage(stack, self, op);
         let toes = toe_stage(stack, op).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
         let tails = tail_stage(stack, self, op).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
         stack.after_solve = toes.into_iter().chain(tails).collect();
@@ -81,7 +83,7 @@ impl ResolvedFloor {
     fn tilt(&self, op: &ResolvedOp, stack: &mut StackBuilder<'_>) {
         if !stack.is_tilted {
             stack.need_goals(&op.limbs);
-            let stage = floor_stage(stack, &self.op, op);
+            let stage = floor_stage(stack, self, op);
             stack.push(TiltStage(stage));
             stack.is_tilted = true;
         }
@@ -95,7 +97,12 @@ impl OpSpec for FloorOp {
 
     fn resolve(&self, context: &mut Context<'_>) {
         let tails = find_tails(context.target);
-        context.push_on_limbs(&self.scope, Limbs::Legs, ResolvedFloor { op: self.clone(), tails });
+        let unit = context.source.unit_meters / context.target.unit_meters;
+        let in_plan_units =
+            |(anchor, radius): (Anchor, f64)| (Anchor { offset: anchor.offset * unit, ..anchor }, radius * unit);
+        let source = trunk_ends(context.source).into_iter().map(in_plan_units).collect();
+        let trunks = [source, trunk_ends(context.target)];
+        context.push_on_limbs(&self.scope, Limbs::Legs, ResolvedFloor { op: self.clone(), tails, trunks });
     }
 }
 
@@ -137,7 +144,8 @@ fn foot_joints(stack: &StackBuilder<'_>, limb: usize, of_target: bool) -> impl I
     [Some(joints.shin), Some(joints.end), joints.ball].into_iter().flatten()
 }
 
-fn floor_stage(stack: &StackBuilder<'_>, op: &FloorOp, resolved: &ResolvedOp) -> FloorStage {
+fn floor_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, resolved: &ResolvedOp) -> FloorStage {
+    let op = &floor.op;
     let source = stack.source_posing(resolved.limbs.iter().flat_map(|&limb| foot_joints(stack, limb, false)));
     let leg = |limb: usize| stack.limb(limb).target.joints();
     let target = resolved.limbs.iter().flat_map(|&limb| foot_joints(stack, limb, true).chain(leg(limb)));
@@ -175,10 +183,29 @@ fn floor_stage(stack: &StackBuilder<'_>, op: &FloorOp, resolved: &ResolvedOp) ->
         source_leg,
         target_leg,
         limb_count: stack.limb_count(),
+        trunks: trunks(stack, floor),
         goal_limbs: stack.open.iter().map(|(limb, _)| *limb).collect(),
         source,
         target,
     }
+}
+
+/// Nothing where the op leaves the pelvis alone, or a side has no trunk.
+fn trunks(stack: &StackBuilder<'_>, floor: &ResolvedFloor) -> Option<Trunks> {
+    let pelvis = stack.mapping.pelvis.filter(|_| floor.op.shift_pelvis && floor.op.trunk)?;
+    let [source, target] = &floor.trunks;
+    if source.is_empty() || target.is_empty() {
+        return None;
+    }
+    let source = Trunk::new(source, |joints| stack.source_posing(joints.iter().copied()));
+    let ground = stack.ground();
+    Some(Trunks {
+        pelvis: stack.source_posing([pelvis.source]),
+        upright: stack.source_rest[pelvis.source].translation.dot(ground.up) - ground.source_rest_floor,
+        standing: source.lowest_of(&stack.source_rest, ground.up) - ground.source_rest_floor,
+        target: Trunk::new(target, |joints| stack.target_posing(joints.iter().copied())),
+        source,
+    })
 }
 
 /// Nothing where there is no tail, and where the op is about some limbs only.

@@ -67,7 +67,7 @@ pub(in crate::retarget) fn smooth_above(
 impl FloorStage {
     /// How far the pelvis goes up or down with the feet that carry it: the mean of what they need; `wants` says what a foot needs at a
     /// frame where it carries. Straight from one contact to the next, and smooth over time: frames in which two feet carry count
-    /// twice in that, since two knees bend for what is left.
+    /// twice in that, since two knees bend for what is left. A trunk that rests on the floor decides alone.
     pub(in crate::retarget) fn shifts(
         &self,
         rows: &[Clearance],
@@ -83,7 +83,12 @@ impl FloorStage {
                 known.push((frame, sum));
             }
         }
-        straight(&known, work.performed)
+        let mut shifts = straight(&known, work.performed);
+        for (frame, shift) in shifts.iter_mut().enumerate() {
+            let resting = work.resting(frame);
+            *shift += resting.shift - *shift * resting.share;
+        }
+        shifts
     }
 }
 

@@ -15,6 +15,7 @@ pub(in crate::retarget) mod spec;
 pub(in crate::retarget) mod tails;
 mod tilt;
 pub(in crate::retarget) mod toes;
+mod trunk;
 
 pub use self::spec::FloorOp;
 
@@ -33,6 +34,7 @@ use self::knee::bend_per_move;
 pub(in crate::retarget) use self::lift::smooth_above;
 use self::lift::{Lift, smoothed_lifts};
 pub(in crate::retarget) use self::sole::Sole;
+pub(in crate::retarget) use self::trunk::{Trunk, Trunks};
 use super::plant::either;
 use crate::retarget::stages::{
     contact_points::{ContactPoints, Part},
@@ -69,6 +71,8 @@ pub(in crate::retarget) struct FloorStage {
     pub(in crate::retarget) source_leg: f64,
     pub(in crate::retarget) target_leg: f64,
     pub(in crate::retarget) limb_count: usize,
+    /// What sits or lies on the floor; nothing where the op leaves the pelvis alone.
+    pub(in crate::retarget) trunks: Option<Trunks>,
     /// Limbs that have goals at this stage.
     pub(in crate::retarget) goal_limbs: Vec<usize>,
 }
@@ -111,6 +115,8 @@ pub(in crate::retarget) struct Clearance {
     flat: f64,
     /// Whether it is nearly flat there.
     is_level: bool,
+    /// Where the target's hip is.
+    hip: DVec3,
     /// Radians by which the target's knee bends for each plan unit that its foot is moved up.
     bend: f64,
 }
@@ -171,6 +177,7 @@ impl FloorStage {
                     with_toes: lowest.all - self.ground.target_floor,
                     flat: flat.unwrap_or(carrying) - self.ground.target_floor,
                     is_level,
+                    hip: pose.model[foot.leg[0]].translation,
                     bend: bend_per_move(foot.leg.map(|slot| pose.model[slot].translation), goal.position),
                 };
             }
@@ -199,7 +206,7 @@ impl FloorStage {
     }
 
     /// Where a sole should be when the source's is so high above its floor, and the level of its contact is that.
-    fn wanted(&self, foot: usize, clearance: &Clearance, level: f64, hold: f64) -> Wanted {
+    fn wanted(&self, foot: usize, clearance: &Clearance, level: f64, hold: f64, resting: f64) -> Wanted {
         let source = clearance.source;
         let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
         if self.feet[foot].is_same {
@@ -210,7 +217,9 @@ impl FloorStage {
         let above = source - level;
         let [width, begin] = [STANDS_FADE_METERS, STANDS_METERS].map(|meters| meters * self.source_leg);
         let standing = soft_above(above - begin, width);
-        let deepest = (source + self.most_level()).min(0.0) * self.target_leg / self.source_leg;
+        // Whose trunk rests on the floor does not step down onto a lower one.
+        let step = (source + self.most_level()).min(0.0) * (1.0 - resting);
+        let deepest = step * self.target_leg / self.source_leg;
         let height = scale * (above.max(0.0) + (standing - above.max(0.0)) * hold);
         // A source's foot may go down a step or, as often, dangle through a floor that nobody looked at: what is between that and the floor
         // stays where it is.
@@ -254,6 +263,39 @@ impl FloorStage {
     }
 }
 
+impl FloorStage {
+    /// Moves goals up and down: all with the pelvis, and feet by what they need beyond it.
+    fn move_goals(
+        &self,
+        rows: &[Clearance],
+        shifts: &[f64],
+        lifts: &[Vec<Lift>],
+        work: &mut Work<'_>,
+    ) -> Result<(), Canceled> {
+        let up = self.ground.up;
+        work.change_goals(self.limb_count, |work, frame, goals| {
+            let resting = work.resting(frame).share;
+            for (&limb, lifts) in self.goal_limbs.iter().zip(lifts) {
+                let (lift, goal) = (lifts[frame], &mut goals[limb]);
+                if let Some(foot) = self.feet.iter().position(|foot| foot.limb == limb && resting > 0.0) {
+                    let hip = rows[frame * self.feet.len() + foot].hip;
+                    goal.position += stretched(goal.position - hip, up * lift.beyond, up) * resting;
+                }
+                goal.position += up * (shifts[frame] + lift.beyond);
+                goal.headroom = (lift.beyond - lift.least).max(0.0);
+            }
+        })
+    }
+}
+
+/// How far a foot of a body that lies goes along the floor as it is moved up beyond its hip, so that its leg does not bend for that.
+fn stretched(foot_from_hip: DVec3, moved: DVec3, up: DVec3) -> DVec3 {
+    let now = foot_from_hip + moved;
+    let (height, level) = (now.dot(up), now.reject_from_normalized(up));
+    let wanted = (foot_from_hip.length_squared() - height * height).max(0.0).sqrt();
+    level.try_normalize().map_or(DVec3::ZERO, |heading| heading * (wanted - level.length()))
+}
+
 impl Stage for FloorStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.feet.len();
@@ -261,12 +303,13 @@ impl Stage for FloorStage {
             work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
         self.flatten(&alphas, work)?;
         self.find_source_soles(work)?;
+        self.find_resting(work)?;
         let rows = self.clearances(work)?;
         let standing = self.standing(&rows, work);
         let levels = self.levels(&rows, standing, work);
         let holds = self.holds(&rows, &levels, standing, work);
         let wanted = |foot: usize, frame: usize, clearance: &Clearance| {
-            self.wanted(foot, clearance, levels[foot][frame], holds[foot][frame])
+            self.wanted(foot, clearance, levels[foot][frame], holds[foot][frame], work.resting(frame).share)
         };
         let is_touching = standing.is_some();
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {
@@ -290,23 +333,19 @@ impl Stage for FloorStage {
                 let least = (wanted.deepest - clearance.target) * alpha;
                 // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
                 let free = shift.max(least);
-                let missing = clearance.limited(clearance.missing(wanted.height), is_touching);
+                // The knee stretches for what the foot is moved beyond the pelvis.
+                let missing = shift + clearance.limited(clearance.missing(wanted.height) - shift, is_touching);
                 let moved = free + (missing * alpha - free) * weight;
                 Lift { beyond: moved - shift, least: least - shift }
             };
             smoothed_lifts((0..alphas.len()).map(lift).collect(), work.performed)
         };
         let lifts: Vec<Vec<Lift>> = self.goal_limbs.par_iter().map(lifted).collect();
-        work.change_goals(self.limb_count, |_, frame, goals| {
-            for (&limb, lifts) in self.goal_limbs.iter().zip(&lifts) {
-                let lift = lifts[frame];
-                goals[limb].position += self.ground.up * (shifts[frame] * alphas[frame] + lift.beyond);
-                goals[limb].headroom = (lift.beyond - lift.least).max(0.0);
-            }
-        })?;
+        let shifts: Vec<f64> = shifts.iter().zip(&alphas).map(|(shift, alpha)| shift * alpha).collect();
+        self.move_goals(&rows, &shifts, &lifts, work)?;
         work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
-        for (moved, (shift, alpha)) in work.pelvis_moves.iter_mut().zip(shifts.iter().zip(&alphas)) {
-            *moved += self.ground.up * (shift * alpha);
+        for (moved, shift) in work.pelvis_moves.iter_mut().zip(&shifts) {
+            *moved += self.ground.up * *shift;
         }
         Ok(())
     }

@@ -36,6 +36,9 @@ pub struct FloorOp {
     pub adaptive: bool,
     /// Whether the pelvis is moved up and down with the feet that carry it, so that legs keep their bend.
     pub shift_pelvis: bool,
+    /// Whether the pelvis is moved so that a trunk that sits or lies on the floor does so on the target too, however thick the bodies are:
+    /// hips, waist and chest, as thick as the mesh where there is one. Not without `shift_pelvis`.
+    pub trunk: bool,
 }
 
 impl Default for FloorOp {
@@ -47,6 +50,7 @@ impl Default for FloorOp {
             falloff_distance: 0.2,
             adaptive: true,
             shift_pelvis: true,
+            trunk: true,
         }
     }
 }

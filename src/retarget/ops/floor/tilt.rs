@@ -37,6 +37,7 @@ impl FloorStage {
     /// Turns the goals of feet.
     pub(in crate::retarget) fn tilt(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         self.find_source_soles(work)?;
+        self.find_resting(work)?;
         let turns = self.turns(work)?;
         if turns.iter().flatten().all(|turn| *turn == 0.0) {
             return Ok(());
@@ -58,7 +59,8 @@ impl FloorStage {
         let levels = self.levels(&rows, standing, work);
         let holds = self.holds(&rows, &levels, standing, work);
         let wanted = |foot: usize, frame: usize| {
-            self.wanted(foot, &rows[frame * width + foot], levels[foot][frame], holds[foot][frame])
+            let clearance = &rows[frame * width + foot];
+            self.wanted(foot, clearance, levels[foot][frame], holds[foot][frame], work.resting(frame).share)
         };
         // Where a foot stands on its whole sole, what it is off by is lifted; only what it is off by beside that is tilt. Else a foot
         // whose floor is too low or too high in the capture would land flat where the source's lands on its heel.
@@ -102,7 +104,8 @@ impl FloorStage {
                 let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
                 let wanted = wanted(index, frame).shifted(self.ground.target_floor - lifts[index][frame]);
                 let turned = self.needed_turn(foot, &placed, wanted, holds[index][frame]);
-                *turn = turned * self.schedule.alpha_at(frame, work.times[frame]);
+                let stands = 1.0 - work.resting(frame).share;
+                *turn = turned * self.schedule.alpha_at(frame, work.times[frame]) * stands;
             }
         };
         let needed = work.rows(width, || self.target.pose(), fill)?;

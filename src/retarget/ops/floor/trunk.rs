@@ -1,0 +1,134 @@
+//! A body that sits or lies on the floor: its trunk rests there, however thick the bodies are.
+//!
+//! The height of a pelvis is scaled by legs. A short-legged figure that lies is thick for its legs, so that a slender one would hover
+//! over the floor, and the other way round it would be in it.
+
+use glam::{DVec2, DVec3};
+
+use super::{FloorFoot, FloorStage};
+use crate::{
+    model::{Canceled, Transform, rotation::smootherstep},
+    retarget::{
+        mapping::Ground,
+        stages::{
+            posing::{Pose, Posing},
+            temporal::smoothed,
+            work::{Resting, Work},
+        },
+    },
+    rig::Anchor,
+};
+
+/// A trunk whose lowest point is higher over the floor does not rest on it, in legs of the source; and over how much that begins in clips in
+/// which it does. Of figures whose trunks are near the floor as they stand, at such shares of that.
+const RESTS_LEGS: f64 = 0.06;
+const RESTS_FADE_LEGS: f64 = 0.4;
+const RESTS_SHARE: f64 = 0.15;
+const RESTS_FADE_SHARE: f64 = 0.6;
+/// A pelvis that is higher carries no trunk that rests, as a share of how high it is at rest, and over how much that begins: most clips are
+/// done with that.
+const UPRIGHT_SHARE: f64 = 0.85;
+const UPRIGHT_FADE_SHARE: f64 = 0.1;
+/// Standard deviation of the smoothing of what the pelvis is moved by.
+const RESTING_SECONDS: f64 = 0.06;
+/// The deepest that is taken over from another figure, in legs of the source.
+const MAX_DEPTH_LEGS: f64 = 0.04;
+
+/// The trunks of both sides.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct Trunks {
+    pub(in crate::retarget) pelvis: Posing,
+    pub(in crate::retarget) source: Trunk,
+    pub(in crate::retarget) target: Trunk,
+    /// How high the lowest point of the source's trunk is over its floor in its rest pose.
+    pub(in crate::retarget) standing: f64,
+    /// How high the source's pelvis is over its floor in its rest pose.
+    pub(in crate::retarget) upright: f64,
+}
+
+/// Balls that are fixed to joints.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct Trunk {
+    posing: Posing,
+    balls: Vec<(usize, DVec3, f64)>,
+}
+
+impl Trunk {
+    /// `posing` gives the pose of joints.
+    pub(in crate::retarget) fn new(ends: &[(Anchor, f64)], posing: impl Fn(&[usize]) -> Posing) -> Self {
+        let posing = posing(&ends.iter().map(|(anchor, _)| anchor.joint).collect::<Vec<usize>>());
+        let ball = |(anchor, radius): &(Anchor, f64)| (posing.slot(anchor.joint), anchor.offset, *radius);
+        Self { balls: ends.iter().map(ball).collect(), posing }
+    }
+
+    /// The height of the lowest point in a pose of all joints.
+    pub(in crate::retarget) fn lowest_of(&self, model: &[Transform], up: DVec3) -> f64 {
+        self.lowest(|slot| &model[self.posing.joint(slot)], up)
+    }
+
+    fn lowest<'p>(&self, joint: impl Fn(usize) -> &'p Transform, up: DVec3) -> f64 {
+        let height = |(slot, offset, radius): &(usize, DVec3, f64)| {
+            let joint = joint(*slot);
+            (joint.translation + joint.rotation * *offset).dot(up) - radius
+        };
+        self.balls.iter().map(height).fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl Trunks {
+    /// Frame by frame; nothing where the trunk never rests. `legs` are those of source and target, `is_same` of one figure on itself.
+    fn resting(
+        &self,
+        work: &Work<'_>,
+        ground: &Ground,
+        legs: (f64, f64),
+        is_same: bool,
+    ) -> Result<Vec<Resting>, Canceled> {
+        let (source_leg, target_leg) = legs;
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
+            self.pelvis.fill_model(pose, work.source, frame);
+            // The joints of a posing are parents first.
+            row[0] = pose.model[pose.model.len() - 1].translation.dot(ground.up) - ground.source_floor;
+        };
+        let heights = work.rows(1, || self.pelvis.pose(), fill)?;
+        let bent = |height: f64| 1.0 - smootherstep((height / self.upright - UPRIGHT_SHARE) / UPRIGHT_FADE_SHARE);
+        if heights.iter().all(|height| bent(*height) <= 0.0) {
+            return Ok(Vec::new());
+        }
+        let standing = (self.standing / source_leg).max(0.0);
+        let begin = RESTS_LEGS.min(RESTS_SHARE * standing);
+        let fade = RESTS_FADE_LEGS.min(RESTS_FADE_SHARE * standing).max(f64::MIN_POSITIVE);
+        let fill = |poses: &mut (Pose, Pose), frame: usize, row: &mut [DVec2]| {
+            let bent = bent(heights[frame]);
+            if bent <= 0.0 {
+                return;
+            }
+            self.source.posing.fill_model(&mut poses.0, work.source, frame);
+            let source =
+                (self.source.lowest(|slot| &poses.0.model[slot], ground.up) - ground.source_floor) / source_leg;
+            let share = bent * (1.0 - smootherstep((source - begin) / fade));
+            if share > 0.0 {
+                self.target.posing.fill_model(&mut poses.1, &work.target, frame);
+                let target = self.target.lowest(|slot| &poses.1.model[slot], ground.up) - ground.target_floor;
+                let wanted = if is_same { source } else { source.max(-MAX_DEPTH_LEGS) };
+                row[0] = DVec2::new(share, share * (wanted * target_leg - target));
+            }
+        };
+        let rows = work.rows(1, || (self.source.posing.pose(), self.target.posing.pose()), fill)?;
+        if rows.iter().all(|row| row.x < 1.0) {
+            return Ok(Vec::new());
+        }
+        let smooth = smoothed(&rows, work.performed, RESTING_SECONDS);
+        Ok(smooth.into_iter().map(|row| Resting { share: row.x, shift: row.y }).collect())
+    }
+}
+
+impl FloorStage {
+    /// Sees to it that it is known when the trunk rests, before the pelvis is moved.
+    pub(in crate::retarget) fn find_resting(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let Some(trunks) = self.trunks.as_ref().filter(|_| work.resting.is_none()) else { return Ok(()) };
+        let is_same = self.feet.iter().all(|foot: &FloorFoot| foot.is_same);
+        work.resting = Some(trunks.resting(work, &self.ground, (self.source_leg, self.target_leg), is_same)?);
+        Ok(())
+    }
+}
