@@ -24,7 +24,7 @@ use super::{
     output_request::output_requests,
     outputs::{WrittenOutputs, write_outputs},
     pictures::Sights,
-    provenance::{Provenance, digest_of},
+    provenance::Provenance,
     strict::check_strict,
     swapped_inputs,
     task_context::TaskContext,
@@ -71,12 +71,13 @@ pub(super) fn edited(work: TaskContext<'_>, inputs: &EditInputs<'_>) -> Result<O
     control.enter(Phase::Write, wanted.len() as u64);
     let resolved_spec = serde_json::to_value(RetargetSpec { pose: None, ..spec.clone() })
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
+    let edited_clip = loaded.scene.clips.iter().position(|own| std::ptr::eq(own, clip));
     let WrittenOutputs { outputs, keys } = write_outputs(
         &wanted,
         &rig,
         &edited,
         (
-            &Provenance { source_sha256: digest_of(inputs.source.bytes), resolved_spec: &resolved_spec },
+            &Provenance { edited_clip, ..Provenance::of(inputs.source.bytes, &resolved_spec) },
             &Sights { source: Some((&rig, clip)), measures: None, limits },
         ),
         control,

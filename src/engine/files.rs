@@ -156,19 +156,31 @@ pub(super) fn chosen_clip<'a>(
     if let Some(choice) = &spec.clip {
         return named_clip(scene, choice);
     }
-    let mut moving = scene.clips.iter().filter(|clip| clip.is_animated());
-    let Some(clip) = moving.next() else { return Err(no_animation()) };
-    let more = moving.count();
+    let Some((clip, more)) = first_moving(&scene.clips) else { return Err(no_animation()) };
     if more > 0 {
-        let names: Vec<&str> = scene.clips.iter().map(Clip::name).collect();
         reporter.warn(
             "clip_chosen",
             "source",
             format!("the source has {} clips that move; the first, '{}', is taken", more + 1, clip.name()),
-            format!("name one in \"clip\": {}", names.join(", ")),
+            format!("give one in \"clip\": {}", clip_choices(&scene.clips)),
         );
     }
     Ok(clip)
+}
+
+/// The first clip that moves something, and how many more there are.
+pub(super) fn first_moving(clips: &[Clip]) -> Option<(&Clip, usize)> {
+    let mut moving = clips.iter().filter(|clip| clip.is_animated());
+    moving.next().map(|first| (first, moving.count()))
+}
+
+/// What a config can name clips by, for people: names, and indices of those that have none of their own.
+pub(super) fn clip_choices(clips: &[Clip]) -> String {
+    let choice = |(index, clip): (usize, &Clip)| {
+        let is_own = !clip.name().is_empty() && clips.iter().filter(|other| other.name() == clip.name()).count() == 1;
+        if is_own { clip.name().to_owned() } else { index.to_string() }
+    };
+    clips.iter().enumerate().map(choice).collect::<Vec<String>>().join(", ")
 }
 
 fn named_clip<'a>(scene: &'a Scene, choice: &ClipChoice) -> Result<&'a Clip, Failure> {

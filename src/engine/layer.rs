@@ -9,7 +9,7 @@ use crate::{
 
 use super::{
     Failure, FailureCode,
-    files::{in_config, one_field},
+    files::{clip_choices, first_moving, in_config, one_field},
 };
 
 /// Lays a clip over one of the rig's own.
@@ -71,8 +71,7 @@ fn base<'a>(rig: &Rig<'a>, spec: &LayerSpec, reporter: &mut Reporter) -> Result<
         let found = find_clip(rig.scene, choice, rig.name, "/layer/over");
         return found.map(|index| &clips[index]).map_err(|field| in_config(one_field(field)));
     }
-    let mut moving = clips.iter().filter(|clip| clip.is_animated());
-    let Some(base) = moving.next() else {
+    let Some((base, more)) = first_moving(clips) else {
         let detail = format!("the {} file has no animation that something could be laid over", rig.name);
         let field = SpecField::new(SpecErrorKind::InvalidValue, "/layer", detail);
         let failure = in_config(one_field(field));
@@ -80,14 +79,12 @@ fn base<'a>(rig: &Rig<'a>, spec: &LayerSpec, reporter: &mut Reporter) -> Result<
             failure.with_hint(format!("send a {} with an animation of its own, or leave 'layer' out", rig.name))
         );
     };
-    let more = moving.count();
     if more > 0 {
-        let names: Vec<&str> = clips.iter().map(Clip::name).collect();
         reporter.warn(
             "layer_base_chosen",
             rig.name,
             format!("the {} has {} clips that move; the first, '{}', is below", rig.name, more + 1, base.name()),
-            format!("name one in layer.over: {}", names.join(", ")),
+            format!("give one in layer.over: {}", clip_choices(clips)),
         );
     }
     Ok(base)

@@ -45,7 +45,10 @@ pub(super) fn write_outputs(
         keys.extend(reduced.as_ref().map(|(_, view)| view.clone()));
         let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));
         let clip = renamed.as_ref().unwrap_or(result);
-        let options = WriteOptions { extras: Some(extras.clone()), ..output.write_options(reporter) };
+        // An edit that has a name of its own is a clip beside the one that it was made of.
+        let has_its_name = |index: &usize| target.scene.clips[*index].name() == clip.name();
+        let replaced_clip = provenance.edited_clip.filter(has_its_name);
+        let options = WriteOptions { extras: Some(extras.clone()), replaced_clip, ..output.write_options(reporter) };
         let moved = clip.morphs().iter().map(|track| track.morph);
         let (properties, morphs): (Vec<usize>, Vec<usize>) =
             moved.partition(|morph| target.scene.morphs[*morph].is_property());

@@ -11,9 +11,16 @@ pub(super) struct Provenance<'a> {
     pub(super) source_sha256: String,
     /// The spec with everything filled in.
     pub(super) resolved_spec: &'a Value,
+    /// Index of the clip of the file that the result is an edit of.
+    pub(super) edited_clip: Option<usize>,
 }
 
-impl Provenance<'_> {
+impl<'a> Provenance<'a> {
+    /// Of a file with an animation.
+    pub(super) fn of(source: &[u8], resolved_spec: &'a Value) -> Self {
+        Self { source_sha256: digest_of(source), resolved_spec, edited_clip: None }
+    }
+
     /// For the `extras` of an output: who made it, of what, by which spec, and when joints of the result rest on something.
     pub(super) fn extras(&self, clip: &Clip, skeleton: &Skeleton) -> Value {
         let mut extras = json!({

@@ -12,7 +12,7 @@ use super::{
     output_request::{OutputRequest, output_requests},
     outputs::{WrittenOutputs, write_outputs},
     pictures::Sights,
-    provenance::{Provenance, digest_of},
+    provenance::Provenance,
     strict::check_strict,
     task_context::TaskContext,
     transfer::MovedJoints,
@@ -62,7 +62,7 @@ pub(super) fn retargeted(work: TaskContext<'_>, inputs: &Inputs<'_>) -> Result<O
         &target,
         &moved.clip,
         (
-            &Provenance { source_sha256: digest_of(inputs.source.bytes), resolved_spec: &resolved_spec },
+            &Provenance::of(inputs.source.bytes, &resolved_spec),
             &Sights { source: Some((&source, moved.source_clip.as_ref())), measures: moved.measures.as_ref(), limits },
         ),
         control,

@@ -242,6 +242,8 @@ pub struct WriteOptions {
     pub include: Include,
     /// What happens to the clips that the target has already.
     pub target_clips: TargetClips,
+    /// Index of the clip of the target whose place the new one takes: it is left out.
+    pub replaced_clip: Option<usize>,
     /// Merged into the document's `asset.extras.retargetd` where the format has room for it (provenance).
     pub extras: Option<serde_json::Value>,
     /// In which order a BVH or FBX has the rotations of all joints; else each joint has the usual one, or where that comes near its gimbal the
@@ -269,7 +271,8 @@ impl WriteOptions {
     #[must_use]
     pub const fn new(format: Format) -> Self {
         let (include, target_clips) = (Include::Everything, TargetClips::Keep);
-        Self { format, include, target_clips, extras: None, rotation_order: None, compression: Compression::None }
+        let compression = Compression::None;
+        Self { format, include, target_clips, replaced_clip: None, extras: None, rotation_order: None, compression }
     }
 }
 

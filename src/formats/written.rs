@@ -23,10 +23,12 @@ pub(super) fn joints_to_write(skeleton: &Skeleton) -> Vec<usize> {
     wanted.iter().enumerate().filter(|(_, wanted)| **wanted).map(|(index, _)| index).collect()
 }
 
-/// The clips that a target has already and that move something, where they are to follow the new one.
+/// The clips that a target has already and that move something, where they are to follow the new one: all but the one that it replaces.
 pub(super) fn kept_clips<'a>(target: &'a Scene, options: &WriteOptions) -> impl Iterator<Item = &'a Clip> {
     let fits = |clip: &&Clip| clip.is_animated() && clip.joints().len() == target.skeleton.len();
-    target.clips.iter().filter(fits).take(if options.target_clips == TargetClips::Keep { usize::MAX } else { 0 })
+    let others = target.clips.iter().enumerate().filter(|(index, _)| options.replaced_clip != Some(*index));
+    let count = if options.target_clips == TargetClips::Keep { usize::MAX } else { 0 };
+    others.map(|(_, clip)| clip).filter(fits).take(count)
 }
 
 /// Reports nodes that move and are not written; `format` is who leaves them out, such as "FBX does".

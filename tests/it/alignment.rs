@@ -6,8 +6,11 @@ mod moments;
 use glam::{DMat4, DQuat, DVec3, Quat};
 use retargetd::{
     engine::{Format, Inputs, Limits, NamedBytes, Outcome, retarget},
-    formats::{self, WriteOptions},
-    model::{Clip, Control, Joint, JointTracks, ModelPose, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Track},
+    formats::{self, TargetClips, WriteOptions},
+    model::{
+        Clip, Control, Joint, JointTracks, ModelPose, Reporter, Scene, Skeleton, Skin, SkinPoint, SkinPoints, Track,
+        Transform,
+    },
     retarget::{Plan, Resolved, RetargetSpec, parse_value, resolve, run},
     rig::{HowAligned, RestSource, Rig, RollCue},
     samples,

@@ -111,7 +111,7 @@ pub fn retarget_in_sections(
     let plan_seconds = control.seconds() - planning;
 
     control.enter(Phase::Retarget, layout.work());
-    let provenance = Provenance { source_sha256, resolved_spec: &resolved_spec };
+    let provenance = Provenance { source_sha256, resolved_spec: &resolved_spec, edited_clip: None };
     let writers = writers(sinks, &wanted, &times, (&target, first, &provenance), &mut reporter)?;
     let mut work = Work {
         rigs: (&source_rig, &target),

@@ -205,7 +205,7 @@ pub enum IncludeSpec {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TargetClipsSpec {
-    /// They follow the new one.
+    /// They follow the new one. An edit takes the place of the clip that it was made of, unless `clip_name` gives it another name.
     #[default]
     Keep,
     /// They are left out.

@@ -11,7 +11,7 @@ use super::{
     },
     RestSource,
     bind::{BindPose, bind_pose},
-    standing::{Stand, is_biped, is_moment, is_overridden, is_without_skin, stand, standing_frame},
+    standing::{Stand, is_biped, is_moment, is_overridden, is_without_mesh, stand, standing_frame},
 };
 
 /// A rest pose, and how it was come by.
@@ -143,11 +143,12 @@ fn of_the_file(name: &str, scene: &Scene, recognizer: Recognizer<'_>, reporter: 
     laid_out(scene, RestSource::Nodes, "the pose that the skins were bound in is no rest pose of a body")
 }
 
-/// Whether a file has no skin, and its rest pose is no body while a frame of its clip is one: pose arrays of a capture whose bones lie
-/// on one axis at zero.
+/// Whether a file has no mesh, and its rest pose is no body, or not of the bones that its clip moves, while a frame of that is one: a capture
+/// whose bones lie on one axis at zero, in a format that has a rest pose.
 fn is_motion_without_rest(scene: &Scene, found: &Found, recognizer: Recognizer<'_>) -> bool {
-    is_without_skin(scene)
-        && stand(scene, &found.pose, recognizer) == Stand::No
+    found.source == RestSource::Nodes
+        && is_without_mesh(scene)
+        && (is_overridden(scene) || stand(scene, &found.pose, recognizer) == Stand::No)
         && standing_frame(scene, Stand::No, recognizer).is_some()
 }
 

@@ -77,17 +77,18 @@ pub(super) fn standing_frame(scene: &Scene, instead_of: Stand, recognizer: Recog
     Some((index, frame))
 }
 
-/// Whether a pose that nobody bound a skin in is in the middle of a step, and the first frame of the clip that moves, where one does:
+/// Whether a pose that nobody bound a mesh in is in the middle of a step, and the first frame of the clip that moves, where one does:
 /// nobody laid that out.
 pub(super) fn is_moment(scene: &Scene, pose: &LocalPose, recognizer: Recognizer<'_>) -> bool {
-    is_without_skin(scene)
+    is_without_mesh(scene)
         && scene.clips.iter().find(|clip| clip.is_animated()).is_none_or(|clip| is_first_frame(scene, pose, clip))
         && is_step(&recognized(scene, pose, recognizer), &pose.to_model(&scene.skeleton))
 }
 
-/// Whether nothing says how a body was when a skin was bound to it.
-pub(super) fn is_without_skin(scene: &Scene) -> bool {
-    scene.skins.is_empty() && scene.bind_pose.is_empty()
+/// Whether a file has no mesh that was bound to its joints. A skin that no mesh has was bound by nobody: writers make one, or a bind pose, so
+/// that viewers show a skeleton.
+pub(super) fn is_without_mesh(scene: &Scene) -> bool {
+    scene.skin_points.is_empty() && scene.skins.iter().all(|skin| skin.most_influences == 0)
 }
 
 fn is_first_frame(scene: &Scene, pose: &LocalPose, clip: &Clip) -> bool {

@@ -14,25 +14,34 @@ fn captures_without_a_rest_pose_are_measured_from_a_frame() {
     }
 }
 
-/// Pose arrays say their axes, as files with a rest pose by design do, and have none where they were written from a capture without one.
+/// Formats that say their axes have a rest pose by design, and have none where they were written from a capture without one.
 #[test]
-fn captures_without_a_rest_pose_have_none_as_pose_arrays_either() {
+fn captures_without_a_rest_pose_have_none_in_other_formats_either() {
     for path in ["bvh/bandai-namco/dataset-1_walk_normal_001.bvh", "bvh/rokoko/jesse_dance.bvh"] {
         let Some(path) = corpus_file(path) else { continue };
         let (source, target) = (Figure::read(&path), samples::mannequin_scene());
-        let options = WriteOptions::new(Format::PosesNpz);
-        let written = formats::write(&source.scene, source.clip(), &options, &Control::new(), &mut Reporter::new());
-        let arrays = read_scene(&written.expect("it can be written"), "capture.npz");
         let moved = |scene: &Scene| {
             let clip = scene.clips.iter().find(|clip| clip.is_animated()).expect("a clip");
             retargeted(scene, &target, clip, &spec(json!({})))
         };
-        let (of_capture, of_arrays) = (moved(&source.scene), moved(&arrays));
-        for frame in (0..of_capture.frame_count()).step_by(20) {
-            let poses = [&of_capture, &of_arrays].map(|clip| world(&target.skeleton, Some((clip, frame))));
-            for joint in 0..target.skeleton.len() {
-                let apart = position(&poses[0], joint).distance(position(&poses[1], joint));
-                assert!(apart < 0.02, "{}: joint {joint} at frame {frame} is {apart:.3} m off", source.file_name);
+        let of_capture = moved(&source.scene);
+        let (spec, control) = (spec(json!({})), Control::new());
+        let own = rig("source", &source.scene, &spec);
+        let space = (own.axes, own.unit_meters);
+        for format in [Format::PosesNpz, Format::Glb, Format::Fbx] {
+            let options = WriteOptions { target_clips: TargetClips::Drop, ..WriteOptions::new(format) };
+            let (clip, mut reporter) = (source.clip(), Reporter::new());
+            let bytes = formats::write_in_space(&source.scene, &[], clip, space, &options, &control, &mut reporter);
+            let name = format!("capture.{}", format.info().endings[0]);
+            let written = read_scene(&bytes.expect("it can be written"), &name);
+            let of_written = moved(&written);
+            for frame in (0..of_capture.frame_count()).step_by(20) {
+                let poses = [&of_capture, &of_written].map(|clip| world(&target.skeleton, Some((clip, frame))));
+                for joint in 0..target.skeleton.len() {
+                    let apart = position(&poses[0], joint).distance(position(&poses[1], joint));
+                    let what = format!("{} as {name}", source.file_name);
+                    assert!(apart < 0.02, "{what}: joint {joint} at frame {frame} is {apart:.3} m off");
+                }
             }
         }
     }
@@ -128,6 +137,29 @@ fn nodes_in_the_middle_of_a_step_count_as_a_frame_of_the_clip() {
     let turned = |pose: &ModelPose| pose.transforms()[foot].rotation;
     assert!(degrees_between(turned(&found), turned(&named)) < 1e-6, "as if that frame had been named");
     assert!(degrees_between(turned(&found), turned(&nodes)) > 0.1, "who asks for the nodes has them laid out");
+}
+
+/// Captures whose position channels override the offsets, in a format that has a rest pose, and a skin so that viewers show them.
+#[test]
+fn a_skin_that_no_mesh_has_says_nothing_of_rest() {
+    let mut source = samples::walk_scene();
+    source.skins = vec![Skin { joints: (0..source.skeleton.len()).collect(), ..Skin::default() }];
+    let places = source.clips[0].local_pose(&source.skeleton, 0);
+    let in_place = |(joint, place): (&JointTracks, &Transform)| JointTracks {
+        translation: match &joint.translation {
+            Track::Rest => Track::Constant(place.translation.as_vec3()),
+            moves => moves.clone(),
+        },
+        ..joint.clone()
+    };
+    let tracks = source.clips[0].joints().iter().zip(places.transforms()).map(in_place).collect();
+    source.clips = vec![source.clips[0].clone().with_joints(tracks).expect("a clip")];
+    let rest_source = |source: &Scene| rig("source", source, &spec(json!({}))).rest_source;
+    assert_eq!(rest_source(&source), RestSource::Nodes, "a T pose is a T pose");
+    let mut joints = source.skeleton.joints().to_vec();
+    joints.iter_mut().for_each(|joint| joint.rest.translation = DVec3::X * joint.rest.translation.length());
+    source.skeleton = Skeleton::new(joints).expect("a skeleton");
+    assert_eq!(rest_source(&source), RestSource::StandingFrame, "all bones on one axis are none");
 }
 
 /// Who leans with the shoulders turned against the hips does so with the whole spine: no frame tells which joint it was.

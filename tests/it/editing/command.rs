@@ -19,9 +19,12 @@ impl Folder {
 
     fn run(&self, arguments: &[&str], config: &Value) -> Output {
         std::fs::write(self.0.path().join("config.json"), config.to_string()).expect("the config");
+        self.run_plain(&[arguments, &["--config", "config.json"]].concat())
+    }
+
+    fn run_plain(&self, arguments: &[&str]) -> Output {
         Command::new(env!("CARGO_BIN_EXE_retargetd"))
             .args(arguments)
-            .args(["--config", "config.json"])
             .current_dir(self.0.path())
             .stdin(Stdio::null())
             .output()
@@ -113,4 +116,41 @@ fn fields_that_only_a_retarget_heeds_are_named() {
     let output = folder.run(&["edit", "--input", "walk.glb", "--output", "out.bvh"], &config);
     assert_eq!(output.status.code(), Some(0), "{}", error(&output));
     assert!(error(&output).contains("field_without_effect: /ops"), "{}", error(&output));
+}
+
+/// The names of the clips of a file, and how many frames they have.
+fn clips(folder: &Folder, file: &str) -> Vec<(String, u64)> {
+    let output = folder.run_plain(&["inspect", file, "--json"]);
+    let inspected: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let clips = inspected["clips"].as_array().expect("clips").iter();
+    clips
+        .map(|clip| (clip["name"].as_str().unwrap_or_default().to_owned(), clip["frames"].as_u64().unwrap_or(0)))
+        .collect()
+}
+
+#[test]
+fn an_edit_takes_the_place_of_its_clip_unless_it_has_another_name() {
+    let folder = Folder::new();
+    let edit = |from: &str, to: &str, config: Value| {
+        let output = folder.run(&["edit", "--input", from, "--output", to, "--force"], &config);
+        assert!(output.status.success(), "{}", error(&output));
+        error(&output)
+    };
+    let walk = clips(&folder, "walk.glb")[0].clone();
+    for ending in ["glb", "gltf", "fbx"] {
+        let (short, both, again) = (format!("short.{ending}"), format!("both.{ending}"), format!("again.{ending}"));
+        let trimmed = json!({"edit": {"range": {"frames": [0, 9]}}});
+        edit("walk.glb", &short, trimmed.clone());
+        assert_eq!(clips(&folder, &short), [(walk.0.clone(), 10)], "{ending}");
+        edit("walk.glb", &both, json!({"edit": {"range": {"frames": [0, 4]}}, "output": {"clip_name": "stroll"}}));
+        assert_eq!(clips(&folder, &both), [("stroll".to_owned(), 5), walk.clone()], "{ending}");
+        let told = edit(&both, &again, json!({"edit": {"range": {"frames": [0, 9]}}, "clip": walk.0}));
+        assert_eq!(clips(&folder, &again), [(walk.0.clone(), 10), ("stroll".to_owned(), 5)], "{ending}: {told}");
+    }
+    edit("walk.glb", "same.glb", json!({"output": {"clip_name": ""}}));
+    let told = edit("same.glb", "told.glb", json!({}));
+    assert!(
+        told.contains(&format!("give one in \"clip\": 0, {}", walk.0)),
+        "who has no name is told by number: {told}"
+    );
 }

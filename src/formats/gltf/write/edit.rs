@@ -55,9 +55,11 @@ pub(super) fn edit<'a>(
     };
     let had_clips = !old.is_empty();
     let mut animations: Vec<Value> = new.into_iter().collect();
-    let shift = animations.len();
+    let replaced = options.replaced_clip.filter(|_| !animations.is_empty());
+    let places = Places { first: animations.len(), replaced };
     if options.target_clips == TargetClips::Keep {
-        animations.extend(old);
+        let is_kept = |(index, _): &(usize, Value)| replaced != Some(*index);
+        animations.extend(old.into_iter().enumerate().filter(is_kept).map(|(_, animation)| animation));
     }
     if animations.is_empty() {
         output.json.shift_remove("animations");
@@ -65,7 +67,7 @@ pub(super) fn edit<'a>(
         output.json.insert("animations".into(), Value::Array(animations));
     }
     if had_clips {
-        follow_animations(&mut output.json, shift, options.target_clips, reporter);
+        follow_animations(&mut output.json, &places, options.target_clips, reporter);
     }
 
     split_animated_matrices(&mut output.json, target, clip);
@@ -177,9 +179,28 @@ fn split_animated_matrices(json: &mut Map<String, Value>, target: &Scene, clip: 
     }
 }
 
+/// Where the animations of a document went.
+struct Places {
+    /// The first of them that was kept is behind so many new ones.
+    first: usize,
+    /// The one whose place a new one took.
+    replaced: Option<usize>,
+}
+
+impl Places {
+    /// The index of an animation that had another one.
+    fn now(&self, index: usize) -> usize {
+        match self.replaced {
+            Some(replaced) if index == replaced => 0,
+            Some(replaced) if index > replaced => (index - 1).saturating_add(self.first),
+            _ => index.saturating_add(self.first),
+        }
+    }
+}
+
 /// Moves what refers to animations by index: the `loop-animation` component of Hubs, and pointers to animations. Behavior
 /// graphs have them as plain numbers that cannot be told from others.
-fn follow_animations(json: &mut Map<String, Value>, shift: usize, clips: TargetClips, reporter: &mut Reporter) {
+fn follow_animations(json: &mut Map<String, Value>, places: &Places, clips: TargetClips, reporter: &mut Reporter) {
     let uses = |name: &str| {
         let used = json.get("extensionsUsed").and_then(Value::as_array);
         used.is_some_and(|used| used.iter().any(|entry| entry.as_str() == Some(name)))
@@ -196,12 +217,12 @@ fn follow_animations(json: &mut Map<String, Value>, shift: usize, clips: TargetC
     for node in json.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten().filter(|_| uses_components) {
         let indices = node.pointer_mut("/extensions/MOZ_hubs_components/loop-animation/activeClipIndices");
         for index in indices.and_then(Value::as_array_mut).into_iter().flatten() {
-            if let Some(old) = index.as_u64() {
-                *index = json!(old + shift as u64);
+            if let Some(old) = index.as_u64().and_then(|old| usize::try_from(old).ok()) {
+                *index = json!(places.now(old));
             }
         }
     }
-    for animation in json.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten().skip(shift) {
+    for animation in json.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten().skip(places.first) {
         for channel in animation.get_mut("channels").and_then(Value::as_array_mut).into_iter().flatten() {
             let pointer = channel.pointer_mut("/target/extensions/KHR_animation_pointer/pointer");
             let Some(Value::String(text)) = pointer else { continue };
@@ -209,7 +230,7 @@ fn follow_animations(json: &mut Map<String, Value>, shift: usize, clips: TargetC
                 continue;
             };
             if let Ok(index) = index.parse::<usize>() {
-                *text = format!("/animations/{}/{rest}", index.saturating_add(shift));
+                *text = format!("/animations/{}/{rest}", places.now(index));
             }
         }
     }
