@@ -5,6 +5,7 @@
 
 mod alignment;
 mod annotate;
+mod bound_rest;
 mod characters;
 mod compiled;
 mod curves;

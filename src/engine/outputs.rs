@@ -7,7 +7,8 @@ use crate::{
 };
 
 use super::{
-    Failure, Output,
+    Failure, FailureCode, Output,
+    bound_rest::bound_at_rest,
     keys::{KeysView, reduced},
     output_request::OutputRequest,
     pictures::{Sights, picture},
@@ -40,41 +41,53 @@ pub(super) fn write_outputs(
             control.advance(1);
             continue;
         }
+        // An edit that has a name of its own is a clip beside the one that it was made of.
+        let clip_name = output.options.clip_name.as_deref().unwrap_or(result.name());
+        let has_its_name = |index: &usize| target.scene.clips[*index].name() == clip_name;
+        let replaced_clip = provenance.edited_clip.filter(has_its_name);
+        let options = WriteOptions { extras: Some(extras.clone()), replaced_clip, ..output.write_options(reporter) };
+        let bound = bound_at_rest(target, result, &options);
+        let bound = bound.map_err(|error| Failure::new(FailureCode::AssetMalformed, error.to_string()))?;
+        let bound_rig = bound.as_ref().map(|(scene, _)| Rig::clone(target).with_scene(scene));
+        let target = bound_rig.as_ref().unwrap_or(target);
+        let result = bound.as_ref().map_or(result, |(_, clip)| clip);
+
         let reduced = reduced(target, result, output.format, &output.options, control, reporter)?;
         let result = reduced.as_ref().map_or(result, |(clip, _)| clip);
         keys.extend(reduced.as_ref().map(|(_, view)| view.clone()));
         let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));
         let clip = renamed.as_ref().unwrap_or(result);
-        // An edit that has a name of its own is a clip beside the one that it was made of.
-        let has_its_name = |index: &usize| target.scene.clips[*index].name() == clip.name();
-        let replaced_clip = provenance.edited_clip.filter(has_its_name);
-        let options = WriteOptions { extras: Some(extras.clone()), replaced_clip, ..output.write_options(reporter) };
-        let moved = clip.morphs().iter().map(|track| track.morph);
-        let (properties, morphs): (Vec<usize>, Vec<usize>) =
-            moved.partition(|morph| target.scene.morphs[*morph].is_property());
-        let holds = |morph: &&usize| formats::holds_morph(target.scene, **morph, output.format, options.include);
-        let lost = morphs.len() - morphs.iter().filter(holds).count();
-        if !properties.is_empty() && !output.format.info().has_properties {
-            reporter.warn(
-                "curves_not_written",
-                output.format.info().name,
-                format!("{} custom properties are not in this output", properties.len()),
-                "take pose arrays or a glTF format, or leave the curves op out",
-            );
-        }
-        if lost > 0 {
-            reporter.warn(
-                "morphs_not_written",
-                output.format.info().name,
-                format!("the weights of {lost} morphs are not in this output"),
-                "take pose arrays, or the format of the target with everything of it, or set morphs.enabled to false",
-            );
-        }
+        warn_of_losses(target, clip, &options, reporter);
         let bytes = encode(target, clip, &options, control, reporter)?;
         outputs.push(Output { format: output.format, name, bytes });
         control.advance(1);
     }
     Ok(WrittenOutputs { outputs, keys })
+}
+
+/// Says which curves and morphs of a clip a file does not hold.
+fn warn_of_losses(target: &Rig<'_>, clip: &Clip, options: &WriteOptions, reporter: &mut Reporter) {
+    let moved = clip.morphs().iter().map(|track| track.morph);
+    let (properties, morphs): (Vec<usize>, Vec<usize>) =
+        moved.partition(|morph| target.scene.morphs[*morph].is_property());
+    let holds = |morph: &&usize| formats::holds_morph(target.scene, **morph, options.format, options.include);
+    let lost = morphs.len() - morphs.iter().filter(holds).count();
+    if !properties.is_empty() && !options.format.info().has_properties {
+        reporter.warn(
+            "curves_not_written",
+            options.format.info().name,
+            format!("{} custom properties are not in this output", properties.len()),
+            "take pose arrays or a glTF format, or leave the curves op out",
+        );
+    }
+    if lost > 0 {
+        reporter.warn(
+            "morphs_not_written",
+            options.format.info().name,
+            format!("the weights of {lost} morphs are not in this output"),
+            "take pose arrays, or the format of the target with everything of it, or set morphs.enabled to false",
+        );
+    }
 }
 
 fn encode(

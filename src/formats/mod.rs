@@ -98,6 +98,18 @@ pub fn holds_morph(target: &Scene, morph: usize, format: Format, include: Includ
     }
 }
 
+/// Whether a file that is written of a target holds the pose that its meshes were bound in: with meshes, or in a format that asks nobody.
+pub(crate) fn says_bind_pose(target: &Scene, options: &WriteOptions) -> bool {
+    match options.format {
+        Format::PosesNpz | Format::PosesJson | Format::Bvh => false,
+        Format::Fbx => options.include == Include::Everything && fbx::has_document(target),
+        format if format.holds_gltf() && format != Format::Vrma => {
+            options.include == Include::Everything && (gltf::has_document(target) || fbx::has_document(target))
+        }
+        _ => true,
+    }
+}
+
 /// Decodes a file.
 ///
 /// `format` comes from [`sniff`]. Every index in the result is in range and every
@@ -203,6 +215,7 @@ fn straighten(scene: Scene, budget: &mut Budget<'_>, reporter: &mut Reporter) ->
 /// Puts the joints of clips where viewers see them that multiply matrices, in clips that stretch them.
 fn straighten_clips(mut scene: Scene, budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Scene, FormatError> {
     let malformed = |error: crate::model::ClipError| FormatError::malformed("animation", "", error.to_string());
+    let mut stretched: Vec<(&str, usize)> = Vec::new();
     for clip in &mut scene.clips {
         budget.check_canceled()?;
         let count = joints_stretched_in(&scene.skeleton, clip);
@@ -212,16 +225,24 @@ fn straighten_clips(mut scene: Scene, budget: &mut Budget<'_>, reporter: &mut Re
         let samples = (count as u64).saturating_mul(clip.frame_count() as u64);
         budget.take_array(samples, size_of::<(Vec3, Quat, Vec3)>() as u64, "clips")?;
         *clip = straightened_clip(&scene.skeleton, clip).map_err(malformed)?;
-        reporter.warn(
-            "stretched_clip",
-            clip.name(),
-            format!(
-                "the clip scales joints differently by axis, with {count} joints below them; those are moved as joints that keep \
-                 their lengths, to where a viewer shows them"
-            ),
-            "squash and stretch does not carry over to other rigs",
-        );
+        stretched.push((clip.name(), count));
     }
+    let Some((first, _)) = stretched.first() else { return Ok(scene) };
+    let most = stretched.iter().map(|(_, count)| *count).max().unwrap_or(0);
+    let names: Vec<String> = stretched.iter().map(|(name, _)| format!("'{name}'")).collect();
+    let clips = match names.len() {
+        1 => "the clip scales".to_owned(),
+        count => format!("{count} clips ({}) scale", names.join(", ")),
+    };
+    reporter.warn(
+        "stretched_clip",
+        *first,
+        format!(
+            "{clips} joints differently by axis, with {most} joints below them; those are moved as joints that keep their lengths, to \
+             where a viewer shows them"
+        ),
+        "squash and stretch does not carry over to other rigs",
+    );
     Ok(scene)
 }
 

@@ -101,6 +101,11 @@ pub(super) fn evaluated(
     Ok(found.filter(|found| joints_stretched_in(&scene.skeleton, found) == 0))
 }
 
+/// Whether a scene came from a file of this format.
+pub(super) fn has_document(scene: &Scene) -> bool {
+    scene.payload.get::<FbxDocument>().is_some()
+}
+
 /// Whether a file that is written of a target holds the weights of one of its morphs: where that is a blend shape of an FBX.
 pub(super) fn holds_morph(target: &Scene, morph: usize) -> bool {
     target.payload.get::<FbxDocument>().is_some_and(|document| document.properties.shape(morph).is_some())

@@ -36,3 +36,8 @@ const MESHOPT_EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_c
 // Tracks and accessors are copied as they lie in memory, and glTF is little-endian.
 #[cfg(target_endian = "big")]
 compile_error!("the glTF reader and writer copy memory as it lies and need a little-endian machine");
+
+/// Whether a scene came from a file of these formats.
+pub(super) fn has_document(scene: &crate::model::Scene) -> bool {
+    scene.payload.get::<document::Document>().is_some()
+}

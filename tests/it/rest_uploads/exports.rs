@@ -1,15 +1,16 @@
 //! Files that the product writes itself, uploaded as rest files: through the engine, as the command line and the service use it.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use retargetd::{
     engine::{Failure, Inputs, NamedBytes, Outcome, retarget},
     formats::{self, Format, Limits},
     model::{Control, ModelPose, Reporter, Scene},
-    rig::{RigSpec, Role},
+    rig::{RestSource, RigSpec, Role},
     samples,
 };
 
 use super::expected::{DOUBTS, rig_of};
+use crate::support::gltf_json;
 
 const FORMATS: [(Format, &str); 5] = [
     (Format::Glb, "rest.glb"),
@@ -168,4 +169,62 @@ fn strict_refuses_what_a_rest_file_leaves_open() {
     assert!(failure.errors.iter().any(|error| error.code == "rest_roll_guessed"), "{failure:?}");
     let failure = Job { target_rest: Some((&walk, "walk.glb")), ..job }.run().expect_err("the file of the source");
     assert!(failure.hint.contains("swapped"), "{failure:?}");
+}
+
+/// The sample mannequin as programs save characters in the middle of a clip: its nodes crouch, and its skin says how it was bound.
+fn crouching_mannequin() -> Vec<u8> {
+    let whole = samples::mannequin();
+    let mut document = gltf_json(&whole);
+    let length = u32::from_le_bytes(whole[12..16].try_into().expect("four bytes")) as usize;
+    let turns = [("thigh_l", 80.0), ("thigh_r", 80.0), ("calf_l", -110.0), ("calf_r", -110.0), ("upperarm_r", 60.0)];
+    for node in document["nodes"].as_array_mut().expect("nodes") {
+        let turn = turns.iter().find(|(name, _)| node["name"] == *name);
+        let Some((_, degrees)) = turn else { continue };
+        let own: [f64; 4] =
+            node.get("rotation").map_or([0.0, 0.0, 0.0, 1.0], |own| serde_json::from_value(own.clone()).expect("four"));
+        let turned = DQuat::from_array(own) * DQuat::from_rotation_x(f64::to_radians(*degrees));
+        node["rotation"] = serde_json::json!(turned.to_array());
+    }
+    formats::glb_file(&document, &whole[28 + length..]).expect("a GLB")
+}
+
+/// Thighs, shins and arms of a rest pose as directions.
+fn limbs_at_rest(scene: &Scene) -> Vec<DVec3> {
+    let (rig, _) = rig_of(scene, None, &RigSpec::default()).expect("a rig");
+    let place = |role: &str| rig.canonical_from_scene * rig.rest.transforms()[rig.role(role)[0]].translation;
+    let bones = [("thigh", "shin"), ("shin", "foot"), ("upper_arm", "forearm"), ("forearm", "hand")];
+    let of_side = |side: &str| {
+        bones.map(|(from, to)| (place(&format!("{side}_{to}")) - place(&format!("{side}_{from}"))).normalize())
+    };
+    ["left", "right"].into_iter().flat_map(of_side).collect()
+}
+
+#[test]
+fn a_file_without_the_mesh_rests_as_the_mesh_was_bound() {
+    let (walk, mannequin) = (samples::walk_clip(), crouching_mannequin());
+    let scene = read(&mannequin, "crouching.glb");
+    let (rig, _) = rig_of(&scene, None, &RigSpec::default()).expect("a rig");
+    assert_eq!(rig.rest_source, RestSource::Bind, "the nodes crouch");
+    let bound = limbs_at_rest(&scene);
+    let plain = Job {
+        source: &walk,
+        target: &mannequin,
+        source_rest: None,
+        target_rest: None,
+        config: r#"{"output": {"include": "skeleton+animation"}}"#,
+        format: Format::Glb,
+    };
+    let upright = Job { target: &samples::mannequin(), ..plain }.run().expect("a result");
+    for (format, name) in FORMATS {
+        let result = Job { format, ..plain }.run().expect("a result");
+        let written = read(&result.outputs[0].bytes, name);
+        for (index, (limb, bound)) in limbs_at_rest(&written).into_iter().zip(&bound).enumerate() {
+            let degrees = limb.angle_between(*bound).to_degrees();
+            assert!(degrees < 0.1, "{name}: limb {index} rests {degrees} degrees off");
+        }
+        if format == Format::Glb {
+            let degrees = limb_degrees(&samples::mannequin_scene(), &result, &upright);
+            assert!(degrees < 0.5, "and moves as before: {degrees}");
+        }
+    }
 }
