@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use super::{
     error::{SpecErrorKind, SpecField},
-    nearest::by_likeness,
+    nearest::{by_likeness, nearest},
 };
 
 /// So many things that are wrong are told at once; nobody reads more, and a document could hold any number.
@@ -31,20 +31,35 @@ pub(crate) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField>
         }
         let unknown = fields.keys().filter(|name| !properties.iter().any(|(known, _)| known == *name));
         for name in unknown.take(MAX_TOLD - found.len()) {
-            let names = properties.iter().map(|(known, _)| *known);
-            let at = format!("{pointer}/{}", escape(name));
+            let names: Vec<&str> = properties.iter().map(|(known, _)| *known).collect();
+            let nearest = nearest(name, names.iter().copied());
             let elsewhere = homes(name, schema, pointer);
-            let detail = match elsewhere.as_slice() {
-                [] => format!("there is no field '{name}' here"),
-                homes => format!("there is no field '{name}' here; it belongs to {}", homes.join(" or ")),
+            let more = match (elsewhere.as_slice(), nearest.is_empty()) {
+                ([], true) => format!("; {}", all_of(&names)),
+                ([], false) => String::new(),
+                (homes, _) => format!("; it belongs to {}", homes.join(" or ")),
             };
-            let field = SpecField::new(SpecErrorKind::UnknownField, at, detail);
-            found.push(if elsewhere.is_empty() { field.with_nearest(name, names) } else { field });
+            let (at, detail) =
+                (format!("{pointer}/{}", escape(name)), format!("there is no field '{name}' here{more}"));
+            let did_you_mean = if elsewhere.is_empty() { nearest } else { Vec::new() };
+            found.push(SpecField { did_you_mean, ..SpecField::new(SpecErrorKind::UnknownField, at, detail) });
         }
     });
     found.extend(tags);
     found.sort_by(|first, second| first.pointer.cmp(&second.pointer));
     found
+}
+
+/// Names that are listed where none is like the one that is wrong.
+const MAX_LISTED: usize = 12;
+
+/// The fields that an object may have, for people.
+fn all_of(names: &[&str]) -> String {
+    let listed: Vec<String> = names.iter().take(MAX_LISTED).map(|name| format!("'{name}'")).collect();
+    match names.len().saturating_sub(MAX_LISTED) {
+        0 => format!("its fields are {}", listed.join(", ")),
+        more => format!("its fields are {} and {more} more", listed.join(", ")),
+    }
 }
 
 /// Places that are told where a field is put wrongly.

@@ -10,7 +10,7 @@ use retargetd::samples;
 use super::{Told, check};
 
 /// Each with the exit code: 2 for what was typed, 3 for a file, 4 for everything else.
-const MISTAKES: [(i32, &str); 60] = [
+const MISTAKES: [(i32, &str); 61] = [
     (2, "retarget"),
     (2, "retarget --source walk.glb"),
     (2, "retarget --source walk.glb --target hero.glb"),
@@ -56,6 +56,7 @@ const MISTAKES: [(i32, &str); 60] = [
     (3, "inspect notes.txt"),
     (2, "edit --input walk.glb --output out.glb"),
     (3, "edit --input walk.glb --config unknown_edit.json --output out.glb"),
+    (3, "edit --input walk.glb --config unlike_field.json --output out.glb"),
     (2, "pose --input hero.glb --to x --output out.glb"),
     (2, "pose --input hero.glb --output hero.glb"),
     (3, "explain --source walk.glb --target hero.glb --frame 3000 --joint pelvis"),
@@ -75,7 +76,7 @@ const MISTAKES: [(i32, &str); 60] = [
 
 fn prepare(folder: &Path) {
     let walk = samples::walk_clip();
-    let files: [(&str, &[u8]); 17] = [
+    let files: [(&str, &[u8]); 18] = [
         ("walk.glb", &walk),
         ("hero.glb", &samples::mannequin()),
         ("notes.txt", b"tuesday is better\n"),
@@ -91,6 +92,7 @@ fn prepare(folder: &Path) {
         ("unknown_op.json", br#"{"ops": [{"op": "pelvos"}]}"#),
         ("broken.json", br#"{"align": "auto""#),
         ("unknown_edit.json", br#"{"edit": {"fsp": 30}}"#),
+        ("unlike_field.json", br#"{"edit": {"loop": {"number": 3}}}"#),
         ("good.json", b"{}"),
         ("folder/broken.bvh", b"HIERARCHY\nROOT Hips\n"),
     ];
