@@ -6,7 +6,7 @@ use crate::{
     formats::{self, Budget, Limits},
     model::{Clip, Control, Payload, Reporter, Scene},
     retarget::{RetargetSpec, parse_spec},
-    rig::{ClipChoice, Rig, SpecError, SpecErrorKind, SpecField, find_clip},
+    rig::{ClipChoice, Rig, RigSpec, SpecError, SpecErrorKind, SpecField, find_clip},
 };
 
 use super::{
@@ -82,6 +82,24 @@ pub(super) fn read_spec(config: Option<NamedBytes<'_>>) -> Result<RetargetSpec, 
     parse_spec(config.bytes).map_err(|error| swapped_inputs::explain_config(in_config(error), config))
 }
 
+/// The rig of a file, beside the file on the other side; without a rest file, what was worked out about it before is kept.
+fn made_rig<'a>(
+    name: &'static str,
+    (own, other): (&'a LoadedFile, &LoadedFile),
+    rest: Option<&Scene>,
+    (spec, knowledge): (&RigSpec, &Knowledge),
+    reporter: &mut Reporter,
+) -> Result<Rig<'a>, Failure> {
+    let recognizer = knowledge.recognizer();
+    let mut rig = Rig::with_recognizer(name, &own.scene, rest, spec, recognizer, reporter).map_err(|error| {
+        swapped_inputs::explain_rest(in_config_or(error, name), name, &own.scene, &other.scene, rest)
+    })?;
+    if rest.is_none() {
+        own.rigs.share(&mut rig, spec, recognizer.templates);
+    }
+    Ok(rig)
+}
+
 impl Files {
     pub(super) fn load(
         inputs: &Inputs<'_>,
@@ -115,28 +133,14 @@ impl Files {
         knowledge: &Knowledge,
         reporter: &mut Reporter,
     ) -> Result<RigPair<'_>, Failure> {
-        let recognizer = knowledge.recognizer();
-        let (source, target) = (&self.source.scene, &self.target.scene);
-        let rests = (scene_of(&self.source_rest), scene_of(&self.target_rest));
-        swapped_inputs::swapped_rest("source", source, target, rests.0)?;
-        swapped_inputs::swapped_rest("target", target, source, rests.1)?;
-        let failed = |error, side: &'static str| {
-            let failure = in_config_or(error, side);
-            let (own, other, rest) =
-                if side == "source" { (source, target, rests.0) } else { (target, source, rests.1) };
-            swapped_inputs::explain_rest(failure, side, own, other, rest)
-        };
-        let mut source = Rig::with_recognizer("source", source, rests.0, &spec.source, recognizer, reporter)
-            .map_err(|error| failed(error, "source"))?;
-        let mut target = Rig::with_recognizer("target", target, rests.1, &spec.target, recognizer, reporter)
-            .map_err(|error| failed(error, "target"))?;
-        if rests.0.is_none() {
-            self.source.rigs.share(&mut source, &spec.source, recognizer.templates);
-        }
-        if rests.1.is_none() {
-            self.target.rigs.share(&mut target, &spec.target, recognizer.templates);
-        }
-        Ok(RigPair { spec, source, target })
+        let (source, target) = (&*self.source, &*self.target);
+        let [source_rest, target_rest] = [&self.source_rest, &self.target_rest].map(scene_of);
+        swapped_inputs::swapped_rest("source", &source.scene, &target.scene, source_rest)?;
+        swapped_inputs::swapped_rest("target", &target.scene, &source.scene, target_rest)?;
+        let mut made = |name, files, rest, rig_spec| made_rig(name, files, rest, (rig_spec, knowledge), reporter);
+        let source_rig = made("source", (source, target), source_rest, &spec.source)?;
+        let target_rig = made("target", (target, source), target_rest, &spec.target)?;
+        Ok(RigPair { spec, source: source_rig, target: target_rig })
     }
 
     /// The clip that the spec names, else the first in which something moves.
