@@ -7,13 +7,16 @@ use glam::{DQuat, DVec3};
 use super::SupportPoint;
 
 /// Degrees by which a direction is off straight down.
-const TILTS: [f64; 4] = [8.0, 25.0, 45.0, 75.0];
+const TILTS: [f64; 7] = [8.0, 16.0, 25.0, 35.0, 45.0, 60.0, 75.0];
 /// Directions about straight down at every tilt.
-const AZIMUTHS: u32 = 8;
+const AZIMUTHS: u32 = 12;
 /// Distances that are compared at once.
 const LANES: usize = 8;
 /// Degrees by which toes are bent up, and by which the shin leans forward.
-const BENDS: [[f64; 2]; 5] = [[0.0, 0.0], [25.0, 0.0], [55.0, 0.0], [0.0, 35.0], [0.0, -35.0]];
+const BENDS: [[f64; 2]; 7] =
+    [[0.0, 0.0], [12.0, 0.0], [25.0, 0.0], [40.0, 0.0], [55.0, 0.0], [0.0, 35.0], [0.0, -35.0]];
+/// Points that are lower than those found by less than this share of a leg are passed over.
+const LITTLE: f64 = 5e-4;
 
 /// How a foot lies at rest, in the ankle's axes; unit vectors.
 pub(super) struct FootFrame {
@@ -58,8 +61,9 @@ impl FootFrame {
     }
 }
 
-/// The points that are extreme in a direction that may point down, in their order.
-pub(super) fn extreme(points: &[SupportPoint], frame: &FootFrame) -> Vec<SupportPoint> {
+/// The points that are extreme in a direction that may point down, in their order: as few as are as deep as all but for half a millimeter at a
+/// leg of 1 m.
+pub(super) fn extreme(points: &[SupportPoint], frame: &FootFrame, leg: f64) -> Vec<SupportPoint> {
     let (mut found, mut distances) = (BTreeSet::new(), Vec::with_capacity(points.len()));
     let directions = frame.directions();
     let has_toes = frame.ball.is_some() && points.iter().any(|point| point.toes > 0.0);
@@ -69,7 +73,13 @@ pub(super) fn extreme(points: &[SupportPoint], frame: &FootFrame) -> Vec<Support
         BENDS.into_iter().filter(|[toes, shin]| (has_toes || *toes == 0.0) && (has_shin || *shin == 0.0))
     {
         let places = Columns::of(&frame.bent(points, [toes, shin]));
-        found.extend(directions.iter().filter_map(|direction| places.first_farthest(*direction, &mut distances)));
+        for direction in &directions {
+            let Some(farthest) = places.first_farthest(*direction, &mut distances) else { continue };
+            let known = found.iter().map(|index: &usize| distances[*index]).fold(f64::NEG_INFINITY, f64::max);
+            if distances[farthest] - known > LITTLE * leg {
+                found.insert(farthest);
+            }
+        }
     }
     found.into_iter().map(|index| points[index]).collect()
 }

@@ -36,7 +36,7 @@ pub(super) fn shape(foot: &Foot<'_, '_>) -> Option<FootShape> {
     let end = foot.side.rest.transforms()[foot.leg.end].rotation.conjugate();
     let ball = foot.leg.ball.map(|ball| foot.offset(foot.leg.end, foot.place(ball)));
     let frame = FootFrame { down: end * -foot.up, front: end * foot.front, left: end * foot.left, ball };
-    let mut points = extreme(&points, &frame);
+    let mut points = extreme(&points, &frame, foot.length * foot.unit);
     foot.mark_toes(&mut points);
     let contacts = contacts(&points, &frame, foot)?.map(Some);
     Some(FootShape { points, contacts, is_from_mesh: true })
