@@ -540,6 +540,7 @@ class FloorFields(TypedDict, total=False):
     falloff_distance: float
     adaptive: bool
     shift_pelvis: bool
+    trunk: bool
 
 
 class SelfContactFields(TypedDict, total=False):
