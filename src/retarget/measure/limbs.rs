@@ -155,7 +155,9 @@ impl Limbs {
             let leg = LEGS.iter().find(|leg| leg.contains(&limb.role)).and_then(|leg| self.leg(leg));
             let value = |frame: usize| {
                 let degrees = limb.direction_degrees(compared, frame);
-                leg.map_or(degrees, |leg| (degrees - lying_degrees(leg, compared, resting, frame)).max(0.0))
+                let lying = leg.and_then(|leg| lying_degrees(leg, compared, resting, frame));
+                // What has no direction stays without one.
+                lying.filter(|_| degrees.is_finite()).map_or(degrees, |lying| (degrees - lying).max(0.0))
             };
             series(limb.role, limb.joint, &value)
         };
@@ -188,17 +190,17 @@ impl Limbs {
 }
 
 /// By how many degrees a leg of the target is steeper or flatter than the source's while the body sits or lies and its foot is on the floor:
-/// hips are as high over it as bodies are thick, so that much is no error.
-fn lying_degrees(leg: [usize; 2], compared: &Compared, resting: &Resting, frame: usize) -> f64 {
+/// hips are as high over it as bodies are thick, so that much is no error. Nothing in other frames.
+fn lying_degrees(leg: [usize; 2], compared: &Compared, resting: &Resting, frame: usize) -> Option<f64> {
     if !resting.lies(compared.frames.indices[frame], compared.target.position(frame, leg[1]).y) {
-        return 0.0;
+        return None;
     }
     let steepness = |is_target: bool| {
         let side = compared.side(is_target);
         let line = side.position(frame, leg[1]) - side.position(frame, leg[0]);
         line.y.atan2(line.x.hypot(line.z)).to_degrees()
     };
-    (steepness(true) - steepness(false)).abs()
+    Some((steepness(true) - steepness(false)).abs())
 }
 
 impl Limb {
