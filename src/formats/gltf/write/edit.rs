@@ -246,3 +246,16 @@ fn warn_of_external_images(json: &Map<String, Value>, reporter: &mut Reporter) {
         reporter.warn("image_external", format!("/images/{index}/uri"), detail, hint);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn references_follow_the_animations_that_moved() {
+        let now = |places: Places| [0, 1, 2].map(|index| places.now(index));
+        assert_eq!(now(Places { first: 1, replaced: None }), [1, 2, 3], "all are behind the new one");
+        assert_eq!(now(Places { first: 1, replaced: Some(1) }), [1, 0, 2], "the new one is the second now");
+        assert_eq!(now(Places { first: 0, replaced: None }), [0, 1, 2], "nothing new");
+    }
+}
