@@ -98,16 +98,12 @@ pub fn holds_morph(target: &Scene, morph: usize, format: Format, include: Includ
     }
 }
 
-/// Whether a file that is written of a target holds the pose that its meshes were bound in: with meshes, or in a format that asks nobody.
+/// Whether a file that is written of a target holds the pose that its meshes were bound in: with the meshes, or as a VRMA, which is written of the
+/// rig's rest pose.
 pub(crate) fn says_bind_pose(target: &Scene, options: &WriteOptions) -> bool {
-    match options.format {
-        Format::PosesNpz | Format::PosesJson | Format::Bvh => false,
-        Format::Fbx => options.include == Include::Everything && fbx::has_document(target),
-        format if format.holds_gltf() && format != Format::Vrma => {
-            options.include == Include::Everything && (gltf::has_document(target) || fbx::has_document(target))
-        }
-        _ => true,
-    }
+    let info = options.format.info();
+    let has_meshes = fbx::has_document(target) || (info.has_document && gltf::has_document(target));
+    options.format == Format::Vrma || (info.has_skins && options.include == Include::Everything && has_meshes)
 }
 
 /// Decodes a file.

@@ -58,7 +58,7 @@ pub fn find_clip(scene: &Scene, choice: &ClipChoice, side: &str, pointer: &str) 
 }
 
 /// Names for a message; a file may have hundreds.
-fn list(names: &[&str]) -> String {
+pub(super) fn list(names: &[&str]) -> String {
     const MOST: usize = 12;
     let shown: Vec<String> = names.iter().take(MOST).map(|name| format!("'{name}'")).collect();
     let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };

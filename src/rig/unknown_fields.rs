@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 
 use super::{
     error::{SpecErrorKind, SpecField},
+    lookup::list,
     nearest::{by_likeness, nearest},
 };
 
@@ -35,7 +36,7 @@ pub(crate) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField>
             let nearest = nearest(name, names.iter().copied());
             let elsewhere = homes(name, schema, pointer);
             let more = match (elsewhere.as_slice(), nearest.is_empty()) {
-                ([], true) => format!("; {}", all_of(&names)),
+                ([], true) => format!("; its fields are {}", list(&names)),
                 ([], false) => String::new(),
                 (homes, _) => format!("; it belongs to {}", homes.join(" or ")),
             };
@@ -48,18 +49,6 @@ pub(crate) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField>
     found.extend(tags);
     found.sort_by(|first, second| first.pointer.cmp(&second.pointer));
     found
-}
-
-/// Names that are listed where none is like the one that is wrong.
-const MAX_LISTED: usize = 12;
-
-/// The fields that an object may have, for people.
-fn all_of(names: &[&str]) -> String {
-    let listed: Vec<String> = names.iter().take(MAX_LISTED).map(|name| format!("'{name}'")).collect();
-    match names.len().saturating_sub(MAX_LISTED) {
-        0 => format!("its fields are {}", listed.join(", ")),
-        more => format!("its fields are {} and {more} more", listed.join(", ")),
-    }
 }
 
 /// Places that are told where a field is put wrongly.

@@ -26,7 +26,7 @@ const STANDS: &str = "the source's body neither sits nor lies on the floor in th
 pub(super) struct Trunk {
     /// Slot of the pelvis.
     pelvis: usize,
-    joint: usize,
+    joints: Both<usize>,
     legs: Both<f64>,
 }
 
@@ -53,35 +53,29 @@ impl Trunk {
     pub(super) fn find(rigs: &Both<&Rig<'_>>, sizes: &Both<Size>, wanted: &mut Wanted) -> Option<Self> {
         let pelvis = first_joint(rigs, "pelvis")?;
         let legs = Both { source: sizes.source.leg?, target: sizes.target.leg? };
-        Some(Self { pelvis: wanted.joint(pelvis), joint: pelvis.target, legs })
+        Some(Self { pelvis: wanted.joint(pelvis), joints: pelvis, legs })
     }
 
     /// `compared` has every frame.
     pub(super) fn resting(&self, performers: &Both<Performer<'_>>, compared: &Compared) -> Option<Resting> {
-        let source = Ends::of(&performers.source)?;
         let rig = performers.source.rig;
-        let pelvis = *rig.role("pelvis").first()?;
-        let rest_floor = floors(rig, performers.source.clip)?.0;
-        let upright = (rig.rest_height(pelvis) - rest_floor) * rig.unit_meters;
+        let (rest_floor, floor) = floors(rig, performers.source.clip)?;
+        let upright = (rig.rest_height(self.joints.source) - rest_floor) * rig.unit_meters;
         let is_low = |frame: &usize| {
-            compared.source.position(*frame, self.pelvis).y - source.floor_meters < UPRIGHT_SHARE * upright
+            let height = compared.source.position(*frame, self.pelvis).y - floor * rig.unit_meters;
+            height < UPRIGHT_SHARE * upright
         };
         let low: Vec<usize> = (0..compared.len()).filter(is_low).collect();
         if low.is_empty() {
             return None;
         }
-        let target = Ends::of(&performers.target)?;
+        let (_, target_floor) = floors(performers.target.rig, performers.target.clip)?;
+        let source = Ends::of(&performers.source, floor)?;
+        let target = Ends::of(&performers.target, target_floor)?;
         let standing = source.standing_height(rig, rest_floor);
         let most = (RESTS_LEGS * self.legs.source).min(RESTS_SHARE * standing).max(0.0);
         let of_source = source.heights(&performers.source, &low, compared);
-        let is_down = of_source.iter().map(|height| *height <= most);
-        let down: Vec<(usize, f64)> = low
-            .iter()
-            .zip(&of_source)
-            .zip(is_down)
-            .filter(|one| one.1)
-            .map(|((frame, height), _)| (*frame, *height))
-            .collect();
+        let down: Vec<(usize, f64)> = low.into_iter().zip(of_source).filter(|(_, height)| *height <= most).collect();
         if down.is_empty() {
             return None;
         }
@@ -94,7 +88,7 @@ impl Trunk {
             floats[*frame] = (target - source.max(0.0)).max(source.min(0.0) - target).max(0.0) * CENTIMETERS;
         }
         let lying_height_meters = target.floor_meters + LIES_LEGS * self.legs.target;
-        Some(Resting { joint: self.joint, floats, is_near: near(&frames, compared), lying_height_meters })
+        Some(Resting { joint: self.joints.target, floats, is_near: near(&frames, compared), lying_height_meters })
     }
 }
 
@@ -113,10 +107,9 @@ fn near(frames: &[usize], compared: &Compared) -> Vec<bool> {
 }
 
 impl Ends {
-    /// Nothing where no trunk or no floor is known.
-    fn of(performer: &Performer<'_>) -> Option<Self> {
+    /// Over a floor at a height in the scene's unit; nothing where no trunk is known.
+    fn of(performer: &Performer<'_>, floor: f64) -> Option<Self> {
         let rig = performer.rig;
-        let (_, floor) = floors(rig, performer.clip)?;
         let (anchors, radii_meters): (Vec<Anchor>, Vec<f64>) = trunk_ends(rig)
             .into_iter()
             .map(|(anchor, radius)| (Anchor::of(rig, anchor), radius * rig.unit_meters))

@@ -7,7 +7,7 @@ use retargetd::{
     samples,
 };
 
-use super::figure::{Figure, measured, moved, position, rig_of, with_roots_moved, world};
+use super::figure::{Figure, measured, moved, position, rig_of, with_clip, with_roots_moved, world};
 use crate::support::corpus_file;
 
 /// How high the lower ankle of the target is at the lowest, in meters.
@@ -47,8 +47,7 @@ fn feet_that_dangle_through_the_floor_draw_nobody_down() {
         return;
     };
     let (source, target) = (Figure::read(&source), Figure::read(&target));
-    let jump = source.scene.clips.iter().find(|clip| clip.name() == "Jump").expect("its jump").clone();
-    let source = Scene { clips: vec![jump], ..source.scene };
+    let source = with_clip(source.scene, "Jump");
     let result = moved(&rig_of("source", &source), &rig_of("target", &target.scene));
     let toes = ["left_toe", "right_toe"].map(|role| target.roles[role]);
     for frame in 0..result.clip.frame_count() {

@@ -119,6 +119,12 @@ pub(crate) fn with_roots_moved(scene: &Scene, by: impl Fn(f64) -> Vec3) -> Scene
     Scene { clips: vec![clip], ..scene.clone() }
 }
 
+/// The scene with one of its clips alone.
+pub(crate) fn with_clip(scene: Scene, name: &str) -> Scene {
+    let clip = scene.clips.iter().find(|clip| clip.name() == name).expect("a clip of that name").clone();
+    Scene { clips: vec![clip], ..scene }
+}
+
 /// The rig that a scene is without a config.
 pub(crate) fn rig_of<'a>(side: &'static str, scene: &'a Scene) -> Rig<'a> {
     Rig::new(side, scene, None, &RigSpec::default(), &mut Reporter::new()).expect("a rig")

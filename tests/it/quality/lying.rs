@@ -7,7 +7,7 @@ use retargetd::{
     samples,
 };
 
-use super::figure::{Figure, measured, moved, moved_with, position, read_scene, rig_of, world};
+use super::figure::{Figure, measured, moved, moved_with, position, read_scene, rig_of, with_clip, world};
 use crate::support::corpus_file;
 
 const TRUNK: [&str; 2] = ["pelvis", "spine"];
@@ -118,8 +118,7 @@ fn a_chibi_that_lies_lays_others_down() {
         return;
     };
     let (source, target) = (Figure::read(&source), Figure::read(&target));
-    let lies = source.scene.clips.iter().find(|clip| clip.name() == "Lie_Idle").expect("it lies").clone();
-    let source = Scene { clips: vec![lies], ..source.scene };
+    let source = with_clip(source.scene, "Lie_Idle");
     let result = moved(&rig_of("source", &source), &rig_of("target", &target.scene));
     let (float, verdict) = measured_verdict(&source, &target.scene, &result);
     assert!(float < 4.0 && verdict < Verdict::Fail, "{float} cm, {verdict:?}");

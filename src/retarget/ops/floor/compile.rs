@@ -198,9 +198,10 @@ fn trunks(stack: &StackBuilder<'_>, floor: &ResolvedFloor) -> Option<Trunks> {
         return None;
     }
     let source = Trunk::new(source, |joints| stack.source_posing(joints.iter().copied()));
-    let ground = stack.ground();
+    let (ground, posing) = (stack.ground(), stack.source_posing([pelvis.source]));
+    let slot = posing.slot(pelvis.source);
     Some(Trunks {
-        pelvis: stack.source_posing([pelvis.source]),
+        pelvis: (posing, slot),
         upright: stack.source_rest[pelvis.source].translation.dot(ground.up) - ground.source_rest_floor,
         standing: source.lowest_of(&stack.source_rest, ground.up) - ground.source_rest_floor,
         target: Trunk::new(target, |joints| stack.target_posing(joints.iter().copied())),

@@ -277,7 +277,8 @@ impl FloorStage {
             let resting = work.resting(frame).share;
             for (&limb, lifts) in self.goal_limbs.iter().zip(lifts) {
                 let (lift, goal) = (lifts[frame], &mut goals[limb]);
-                if let Some(foot) = self.feet.iter().position(|foot| foot.limb == limb && resting > 0.0) {
+                let foot = self.feet.iter().position(|foot| foot.limb == limb);
+                if let Some(foot) = foot.filter(|_| resting > 0.0) {
                     let hip = rows[frame * self.feet.len() + foot].hip;
                     goal.position += stretched(goal.position - hip, up * lift.beyond, up) * resting;
                 }

@@ -37,7 +37,8 @@ const MAX_DEPTH_LEGS: f64 = 0.04;
 /// The trunks of both sides.
 #[derive(Clone, Debug)]
 pub(in crate::retarget) struct Trunks {
-    pub(in crate::retarget) pelvis: Posing,
+    /// The pose of the source's pelvis, and its slot there.
+    pub(in crate::retarget) pelvis: (Posing, usize),
     pub(in crate::retarget) source: Trunk,
     pub(in crate::retarget) target: Trunk,
     /// How high the lowest point of the source's trunk is over its floor in its rest pose.
@@ -84,13 +85,12 @@ impl Trunks {
         legs: (f64, f64),
         is_same: bool,
     ) -> Result<Vec<Resting>, Canceled> {
-        let (source_leg, target_leg) = legs;
+        let ((source_leg, target_leg), (pelvis, slot)) = (legs, &self.pelvis);
         let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
-            self.pelvis.fill_model(pose, work.source, frame);
-            // The joints of a posing are parents first.
-            row[0] = pose.model[pose.model.len() - 1].translation.dot(ground.up) - ground.source_floor;
+            pelvis.fill_model(pose, work.source, frame);
+            row[0] = pose.model[*slot].translation.dot(ground.up) - ground.source_floor;
         };
-        let heights = work.rows(1, || self.pelvis.pose(), fill)?;
+        let heights = work.rows(1, || pelvis.pose(), fill)?;
         let bent = |height: f64| 1.0 - smootherstep((height / self.upright - UPRIGHT_SHARE) / UPRIGHT_FADE_SHARE);
         if heights.iter().all(|height| bent(*height) <= 0.0) {
             return Ok(Vec::new());
