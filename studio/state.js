@@ -83,7 +83,7 @@ export function edit(change) {
   past.push(before);
   if (past.length > 200) past.shift();
   future = [];
-  set({ config: pruned });
+  set({ config: frozen(pruned) });
 }
 
 /** @param {Config} config */
@@ -98,21 +98,21 @@ export function replaceConfig(config) {
 export function resetConfig() {
   past = [];
   future = [];
-  set({ config: {} });
+  set({ config: frozen({}) });
 }
 
 export function undo() {
   const before = past.pop();
   if (before === undefined) return;
   future.push(JSON.stringify(state.config));
-  set({ config: JSON.parse(before) });
+  set({ config: frozen(JSON.parse(before)) });
 }
 
 export function redo() {
   const after = future.pop();
   if (after === undefined) return;
   past.push(JSON.stringify(state.config));
-  set({ config: JSON.parse(after) });
+  set({ config: frozen(JSON.parse(after)) });
 }
 
 export function canUndo() {
@@ -121,6 +121,18 @@ export function canUndo() {
 
 export function canRedo() {
   return future.length > 0;
+}
+
+/**
+ * What is of the config cannot be changed but by `edit`: a change in place would be seen by nobody.
+ * @template T
+ * @param {T} value
+ * @returns {T}
+ */
+function frozen(value) {
+  if (typeof value !== "object" || value === null) return value;
+  for (const member of Object.values(value)) frozen(member);
+  return Object.freeze(value);
 }
 
 /**

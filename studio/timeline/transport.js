@@ -46,10 +46,13 @@ function clipSeconds() {
   return facts?.clips.find(({ name }) => name === facts.clip)?.seconds ?? 0;
 }
 
-/** @returns {[number, number]} */
+/**
+ * A copy: what is changed in the config's own array is no change of the config.
+ * @returns {[number, number]}
+ */
 function range() {
   const of = state.config.edit?.range;
-  return Array.isArray(of) ? /** @type {[number, number]} */ (of) : [0, clipSeconds()];
+  return Array.isArray(of) ? [of[0], of[1]] : [0, clipSeconds()];
 }
 
 /** @param {[number, number]} ends */
