@@ -26,3 +26,4 @@ mod spines;
 mod stretched;
 mod tiptoe;
 mod treadmill;
+mod wide_hips;

@@ -25,6 +25,9 @@ use crate::{
     },
 };
 
+/// Half the width of hips that turn as easily as they move, in lengths of the leg: those of ordinary figures are a quarter of that.
+const WIDE_HIPS: f64 = 0.44;
+
 /// A stack in the making. Ops that move goals are solved once, when the last of them in a row is done.
 pub(in crate::retarget) struct StackBuilder<'a> {
     pub(in crate::retarget) source: &'a Skeleton,
@@ -242,23 +245,41 @@ impl<'a> StackBuilder<'a> {
         let (Some((pulls, sideways_cost)), Some(pelvis)) = (self.pull.take(), self.mapping.pelvis) else { return };
         let legs: Vec<&(usize, IkOp)> = open.iter().filter(|(limb, _)| self.limb(*limb).limb.is_leg()).collect();
         let starts = legs.iter().map(|(limb, _)| self.limb(*limb).target.start);
-        let posing = self.target_posing(starts.chain([pelvis.target]));
+        let kept = self.topmost_driven_below(Some(pelvis.target));
+        let posing = self.target_posing(starts.chain([pelvis.target]).chain(kept.iter().copied()));
         let leg = |(limb, op): &&(usize, IkOp)| PulledLeg {
             limb: *limb,
             start: posing.slot(self.limb(*limb).target.start),
             firm: 1.0 - op.softness,
         };
         let legs = legs.iter().map(leg).collect();
+        let turn_arm = self.turn_arm(&kept, open);
         let stage = PullStage {
             pelvis: pelvis.target,
+            kept,
             legs,
             posing,
             ground: self.ground(),
             sideways_cost,
+            turn_arm,
             limb_count: self.limb_count(),
             pulls,
         };
         self.push(stage);
         self.place_riders();
+    }
+
+    /// See [`PullStage::turn_arm`]; nothing where a leg hangs on something else than the pelvis, as the front legs of animals do.
+    fn turn_arm(&self, kept: &[usize], open: &[(usize, IkOp)]) -> Option<f64> {
+        let legs = open.iter().map(|(limb, _)| self.limb(*limb)).filter(|pair| pair.limb.is_leg());
+        let starts: Vec<usize> = legs.map(|pair| pair.target.start).collect();
+        if !starts.iter().all(|start| kept.contains(start)) {
+            return None;
+        }
+        let place = |joint: &usize| self.target_rest[*joint].translation;
+        let apart = |one: &usize| starts.iter().map(|other| place(one).distance(place(other))).fold(0.0, f64::max);
+        let width = starts.iter().map(apart).fold(0.0, f64::max);
+        let wide = WIDE_HIPS * self.legs().1;
+        (width > 0.0).then(|| wide * (2.0 * wide / width).powi(2).max(1.0))
     }
 }

@@ -10,7 +10,8 @@ use crate::retarget::ops::Scope;
 /// What is held is the point that touches: the heel, then the ball while the heel lifts. Each foot stands where it deviates
 /// least from the pose without this op, and is led there and away smoothly. Where the source walks on the spot, feet go along with the
 /// floor that runs below it, in every mode but `never` and `grounding`; for that they are moved by 2 cm at most, at a leg of 1 m. Where
-/// a held foot is out of reach, the pelvis is moved by the least that brings it into reach. Mask: legs and arms, such as `left_leg` or
+/// a held foot is out of reach, the pelvis is moved by the least that brings it into reach; hips that are wide for their legs are turned, too, and
+/// what hangs on them is not. Mask: legs and arms, such as `left_leg` or
 /// `right_hind_leg`; default: the legs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
@@ -30,7 +31,7 @@ pub struct PlantOp {
     /// Whether feet that are larger beside their legs than the source's turn less while they stand, by as much as they are larger:
     /// small turns would carry ankle and toes farther. At most 10° are taken off, and none of a foot that rolls or turns far.
     pub steady: bool,
-    /// Whether the pelvis is moved where a held foot is out of reach.
+    /// Whether the pelvis is moved, or turned, where a held foot is out of reach.
     pub pull_pelvis: bool,
     /// How much dearer it is to move the pelvis sideways than up or down. 1 to 100.
     #[schemars(range(min = 1.0, max = 100.0))]
