@@ -25,8 +25,9 @@ use crate::{
     },
 };
 
-/// Half the width of hips that turn as easily as they move, in lengths of the leg: those of ordinary figures are a quarter of that.
+/// Half the width of hips, in lengths of the leg, that turn as easily as they move; and of those of ordinary figures, which do not turn.
 const WIDE_HIPS: f64 = 0.44;
+const ORDINARY_HIPS: f64 = 0.15;
 
 /// A stack in the making. Ops that move goals are solved once, when the last of them in a row is done.
 pub(in crate::retarget) struct StackBuilder<'a> {
@@ -269,7 +270,7 @@ impl<'a> StackBuilder<'a> {
         self.place_riders();
     }
 
-    /// See [`PullStage::turn_arm`]; nothing where a leg hangs on something else than the pelvis, as the front legs of animals do.
+    /// See [`PullStage::turn_arm`]; nothing of ordinary hips, and where a leg hangs on something else than the pelvis, as the front legs of animals do.
     fn turn_arm(&self, kept: &[usize], open: &[(usize, IkOp)]) -> Option<f64> {
         let legs = open.iter().map(|(limb, _)| self.limb(*limb)).filter(|pair| pair.limb.is_leg());
         let starts: Vec<usize> = legs.map(|pair| pair.target.start).collect();
@@ -278,8 +279,8 @@ impl<'a> StackBuilder<'a> {
         }
         let place = |joint: &usize| self.target_rest[*joint].translation;
         let apart = |one: &usize| starts.iter().map(|other| place(one).distance(place(other))).fold(0.0, f64::max);
-        let width = starts.iter().map(apart).fold(0.0, f64::max);
-        let wide = WIDE_HIPS * self.legs().1;
-        (width > 0.0).then(|| wide * (2.0 * wide / width).powi(2).max(1.0))
+        let leg = self.legs().1;
+        let share = starts.iter().map(apart).fold(0.0, f64::max) / 2.0 / leg;
+        (share > ORDINARY_HIPS).then(|| WIDE_HIPS * leg * (WIDE_HIPS / share).powi(2).max(1.0))
     }
 }

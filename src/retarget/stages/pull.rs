@@ -1,10 +1,10 @@
-//! Moves and turns the pelvis until held feet are within reach. (docs/algorithm/legs.md.)
+//! Moves the pelvis until held feet are within reach, and turns it. (docs/algorithm/legs.md.)
 //!
 //! Hips that are wide for their legs carry the beginnings of the legs far when they turn: a pelvis that rolled and swung as a slender
 //! one does would take straight legs off the floor. So it gives way by turning, too: the more, the wider the hips are. What hangs on the
 //! pelvis keeps how it is turned.
 
-use std::ops::{Add, AddAssign, Div, Mul};
+use std::ops::{Add, Div, Mul};
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -30,6 +30,8 @@ const BALANCE_SECONDS: f64 = 0.06;
 const STIFFNESS: f64 = 0.1;
 /// How much dearer it is to turn the pelvis about the vertical, which says where the figure heads.
 const SWING_COST: f64 = 1.5;
+/// The pelvis is turned by less than this, in radians: what is missing beyond is left to the legs.
+const MAX_TURN: f64 = 0.2;
 /// Keeps straight legs from weighing more than anything.
 const MIN_BENT: f64 = 0.03;
 /// Rounds of smoothing.
@@ -82,12 +84,6 @@ impl Add for Given {
     }
 }
 
-impl AddAssign for Given {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
 impl Mul<f64> for Given {
     type Output = Self;
 
@@ -113,10 +109,10 @@ struct Hip {
 }
 
 impl Hip {
-    /// Where it is then, and its arm.
-    fn after(&self, given: &Given) -> (DVec3, DVec3) {
-        let arm = DQuat::from_scaled_axis(given.turned) * self.arm;
-        (self.place + given.moved + (arm - self.arm), arm)
+    /// Where it is then.
+    fn after(&self, given: &Given) -> DVec3 {
+        let swung = DQuat::from_scaled_axis(given.turned) * self.arm - self.arm;
+        self.place + given.moved + swung
     }
 }
 
@@ -138,11 +134,15 @@ impl PullStage {
     /// Adds what lets held legs keep their shape.
     fn balance(&self, given: &mut [Given], hips: &[Hip], work: &Work<'_>) -> Result<(), Canceled> {
         let fill = |(): &mut (), frame: usize, row: &mut [Given]| {
-            row[0] = self.balanced(work, hips, frame, &given[frame]);
+            row[0] = self.balanced(work, hips, frame, given[frame].moved);
         };
         let wanted = work.rows(1, || (), fill)?;
         let wanted = smoothed(&wanted, work.performed, BALANCE_SECONDS);
-        given.iter_mut().zip(wanted).for_each(|(given, wanted)| *given += wanted);
+        for (given, wanted) in given.iter_mut().zip(wanted) {
+            let angle = wanted.turned.length() / MAX_TURN;
+            let share = if angle > 0.0 { angle.tanh() / angle } else { 0.0 };
+            *given = Given { moved: given.moved + wanted.moved, turned: wanted.turned * share };
+        }
         Ok(())
     }
 
@@ -151,7 +151,7 @@ impl PullStage {
     /// Minimizes `Σ w (u · (x + t × r) − m)² + x · C · x + D t · t`, with `u` from the goal to the hip, `r` from the pelvis to the hip, `m` what
     /// the leg is too short by, `w` how much its bones turn when its length changes: a leg that is nearly straight bends by 8 degrees for
     /// a hundredth of its length.
-    fn balanced(&self, work: &Work<'_>, hips: &[Hip], frame: usize, already: &Given) -> Given {
+    fn balanced(&self, work: &Work<'_>, hips: &[Hip], frame: usize, already: DVec3) -> Given {
         let up = self.ground.up;
         let sideways = DMat3::IDENTITY - outer(up, up);
         let mut moves = (outer(up, up) + sideways * self.sideways_cost.powi(2)) * STIFFNESS;
@@ -159,12 +159,11 @@ impl PullStage {
         let (mut move_wanted, mut turn_wanted) = (DVec3::ZERO, DVec3::ZERO);
         for (leg, hip) in self.legs.iter().zip(&hips[frame * self.legs.len()..]) {
             let goal = &work.goals[frame * self.limb_count + leg.limb];
-            let (place, arm) = hip.after(already);
-            let from_goal = place - goal.position;
+            let from_goal = hip.place + already - goal.position;
             let Some(away) = from_goal.try_normalize() else { continue };
             let bent = 1.0 - (goal.span / goal.length).clamp(0.0, 1.0).powi(2);
             let weight = goal.hold / (bent + MIN_BENT);
-            let lever = arm.cross(away);
+            let lever = hip.arm.cross(away);
             let missing = goal.span - from_goal.length();
             moves += outer(away, away) * weight;
             turns += outer(lever, lever) * weight;
@@ -188,15 +187,15 @@ impl PullStage {
         // Smoothing takes the tips off, so what is still missing is added again, as smoothly. The little that is left after all
         // rounds is left to the legs: a jolt of the whole body is worse.
         for _ in 0..SMOOTH_ROUNDS {
-            let fill = |(): &mut (), frame: usize, row: &mut [Given]| {
-                row[0] = self.least(work, hips, frame, &given[frame]);
+            let fill = |(): &mut (), frame: usize, row: &mut [DVec3]| {
+                row[0] = self.least_move(work, hips, frame, &given[frame]);
             };
             let missing = work.rows(1, || (), fill)?;
-            if missing.iter().all(|missing| *missing == Given::default()) {
+            if missing.iter().all(|missing| *missing == DVec3::ZERO) {
                 break;
             }
             let more = smoothed(&missing, work.performed, SMOOTHING_SECONDS);
-            given.iter_mut().zip(more).for_each(|(given, more)| *given += more);
+            given.iter_mut().zip(more).for_each(|(given, more)| given.moved += more);
         }
         Ok(())
     }
@@ -213,18 +212,17 @@ impl PullStage {
         work.change_goals(self.limb_count, |_, frame, goals| {
             for (leg, hip) in self.legs.iter().zip(&hips[frame * self.legs.len()..]) {
                 let goal = &mut goals[leg.limb];
-                let (place, _) = hip.after(&given[frame]);
-                let along = (place - hip.place - shifts[frame]) * (1.0 - goal.hold);
+                let along = (hip.after(&given[frame]) - hip.place - shifts[frame]) * (1.0 - goal.hold);
                 let height = along.dot(up);
                 goal.position += along + up * (height.max(-goal.headroom) - height);
             }
         })
     }
 
-    /// The least move and turn, counting sideways moves dearer, after which every held foot is within reach of its hip.
-    fn least(&self, work: &Work<'_>, hips: &[Hip], frame: usize, already: &Given) -> Given {
+    /// The least move, counting sideways moves dearer, after which every held foot is within reach of its hip.
+    fn least_move(&self, work: &Work<'_>, hips: &[Hip], frame: usize, already: &Given) -> DVec3 {
         let up = self.ground.up;
-        let mut given = Given::default();
+        let mut moved = DVec3::ZERO;
         for _ in 0..ROUNDS {
             let mut is_reached = true;
             for (leg, hip) in self.legs.iter().zip(&hips[frame * self.legs.len()..]) {
@@ -233,8 +231,7 @@ impl PullStage {
                     continue;
                 }
                 let reach = goal.length * (goal.extension.max(leg.firm) + LEFT_TO_THE_LEG);
-                let (place, arm) = hip.after(&(*already + given));
-                let from_goal = place - goal.position;
+                let from_goal = hip.after(already) + moved - goal.position;
                 let missing = from_goal.length() - reach;
                 if missing > 1e-9 * goal.length {
                     is_reached = false;
@@ -242,18 +239,14 @@ impl PullStage {
                     let upward = up * toward.dot(up);
                     // The step along the cheap direction that shortens the distance by what is missing, to first order.
                     let step = upward + (toward - upward) / self.sideways_cost;
-                    let lever = arm.cross(toward);
-                    let swing = up * lever.dot(up);
-                    let turn = (lever - swing + swing / SWING_COST.powi(2)) * self.turn_arm.map_or(0.0, |arm| arm.powi(-2));
-                    let share = missing / (step.dot(toward) + turn.dot(lever)).max(1e-6);
-                    given += Given { moved: step * share, turned: turn * share };
+                    moved += step * (missing / step.dot(toward).max(1e-6));
                 }
             }
             if is_reached {
                 break;
             }
         }
-        given
+        moved
     }
 
     /// The pelvis where it goes, and what hangs on it as it was turned.
