@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    body::{first_joint, last_joint},
+    body::{Size, first_joint, last_joint},
     metric::{Finding, Reading, Series},
     motion::{Both, Compared, Wanted},
     statistics::{mean, percentile},
@@ -61,6 +61,11 @@ const TWISTS: [&str; 8] = [
     "right_shin",
 ];
 
+/// How deep a foot may be turned into the floor before it lies flatter than the source's by right, at a leg of 1 m.
+const INTO_THE_FLOOR_METERS: f64 = 0.02;
+/// Rounds of halving in which it is found how much flatter it has to be.
+const HALVINGS: usize = 7;
+
 /// The direction error of one limb over the clip, in degrees.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LimbDirection {
@@ -100,6 +105,18 @@ struct Whole {
     /// Of a foot whose sole lies on the floor where the rig stands: where its upper side looks in the rest pose that turns are counted from, in
     /// canonical space.
     upper_side: Option<DVec3>,
+    /// Of a foot.
+    sole: Option<Sole>,
+}
+
+/// What of a foot of the target can be in the floor, however its toes are bent.
+struct Sole {
+    /// Slot of the ankle.
+    ankle: usize,
+    /// From the ankle, in the rest pose that turns are counted from; canonical, meters.
+    points: Vec<DVec3>,
+    /// What is higher is not in the floor; canonical, meters.
+    lowest: f64,
 }
 
 /// The series of this family.
@@ -110,7 +127,7 @@ pub(super) struct LimbSeries {
 }
 
 impl Limbs {
-    pub(super) fn find(rigs: &Both<&Rig<'_>>, mapping: &Mapping, wanted: &mut Wanted) -> Self {
+    pub(super) fn find(rigs: &Both<&Rig<'_>>, size: &Size, mapping: &Mapping, wanted: &mut Wanted) -> Self {
         let mut limbs = Vec::new();
         let limb = |role: &'static str, ends: &[&str], has_direction: bool, wanted: &mut Wanted| {
             let end = ends.iter().find_map(|end| first_joint(rigs, end))?;
@@ -134,8 +151,10 @@ impl Limbs {
         }
         let whole = |role: &'static str| {
             let joint = last_joint(rigs, role)?;
-            let upper_side = role.ends_with("_foot").then(|| upper_side(rigs.target, mapping, joint.target)).flatten();
-            Some(Whole { role, joint: joint.target, turn: wanted.turn(joint), upper_side })
+            let is_foot = role.ends_with("_foot");
+            let upper_side = is_foot.then(|| upper_side(rigs.target, mapping, joint.target)).flatten();
+            let sole = if is_foot { Sole::find(rigs.target, size, mapping, joint, wanted) } else { None };
+            Some(Whole { role, joint: joint.target, turn: wanted.turn(joint), upper_side, sole })
         };
         Self { limbs, wholes: WHOLE.into_iter().filter_map(whole).collect() }
     }
@@ -228,19 +247,57 @@ impl Limb {
 
 impl Whole {
     /// How much the turns differ. A foot that stands with heel and ball is right where it lies on the floor and heads where the source's does,
-    /// however the source's foot was tilted in its rest pose.
+    /// however the source's foot was tilted in its rest pose; one that would be turned into the floor is right where it is as flat as it has to be.
     fn degrees(&self, compared: &Compared, frame: usize, is_flat: bool) -> f64 {
         let difference = difference(compared, frame, self.turn);
         let whole = degrees(difference);
-        let Some(tilt) = self.tilt_degrees(compared, frame).filter(|_| is_flat) else { return whole };
-        let heading = twist_angle(difference, DVec3::Y).abs().to_degrees();
-        whole.min(tilt.max(heading))
+        let heading = || twist_angle(difference, DVec3::Y).abs().to_degrees();
+        if let Some(tilt) = self.tilt_degrees(compared, frame).filter(|_| is_flat) {
+            return whole.min(tilt.max(heading()));
+        }
+        match self.sole.as_ref().map_or(0.0, |sole| sole.flatter(compared, self.turn, frame)) {
+            share if share > 0.0 => whole.min((whole * (1.0 - share)).max(heading())),
+            _ => whole,
+        }
     }
 
     /// How far the sole of a foot is from lying on the floor; nothing of what is no foot, or does not stand at rest.
     fn tilt_degrees(&self, compared: &Compared, frame: usize) -> Option<f64> {
         let upper_side = self.upper_side?;
         Some(angle(compared.target.turn(frame, self.turn) * upper_side, DVec3::Y))
+    }
+}
+
+impl Sole {
+    /// Nothing where it is not known where the floor is, or the foot.
+    fn find(rig: &Rig<'_>, size: &Size, mapping: &Mapping, foot: Both<usize>, wanted: &mut Wanted) -> Option<Self> {
+        let (floor, leg) = (size.floor?, size.leg?);
+        let pair = mapping.limbs.iter().find(|pair| pair.limb.is_leg() && pair.target.end == foot.target)?;
+        let rest = rig.canonical_from_scene * mapping.target_rest.transforms()[foot.target].rotation;
+        let points = pair.target_foot.points.iter().filter(|point| !point.gives_way && point.toes < 0.5);
+        let points: Vec<DVec3> = points.map(|point| rest * point.from_end * rig.unit_meters).collect();
+        let lowest = floor - INTO_THE_FLOOR_METERS * leg;
+        (!points.is_empty()).then(|| Self { ankle: wanted.joint(foot), points, lowest })
+    }
+
+    /// The share of the way from how the source's foot is turned to how the target's is that keeps the foot, its ankle where it is, out of the
+    /// floor: all of it where that is not enough.
+    fn flatter(&self, compared: &Compared, turn: usize, frame: usize) -> f64 {
+        let (source, target) = (compared.source.turn(frame, turn), compared.target.turn(frame, turn));
+        let ankle = compared.target.position(frame, self.ankle).y;
+        let is_clear = |share: f64| {
+            let turned = source.slerp(target, share);
+            self.points.iter().all(|point| ankle + (turned * *point).y > self.lowest)
+        };
+        if is_clear(0.0) {
+            return 0.0;
+        }
+        let (mut from, mut to) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = (from + to) / 2.0;
+            *(if is_clear(middle) { &mut to } else { &mut from }) = middle;
+        }
+        to
     }
 }
 

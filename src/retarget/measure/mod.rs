@@ -286,7 +286,7 @@ impl OfSpreadFrames {
     ) -> Self {
         let rigs = performers.map(|performer| performer.rig);
         let mut wanted = Wanted::default();
-        let limbs = Limbs::find(&rigs, mapping, &mut wanted);
+        let limbs = Limbs::find(&rigs, &sizes.target, mapping, &mut wanted);
         let bends = Bends::find(&rigs, &mut wanted);
         let smoothness = Smoothness::find(&rigs, sizes, &mut wanted);
         let hands = Hands::find(&rigs, sizes, &mut wanted);
