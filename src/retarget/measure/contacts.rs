@@ -52,9 +52,18 @@ impl Standing {
 pub(super) fn find_standing(positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Standing {
     let speeds = speeds(positions, times_seconds, leg);
     let level = floor_level(positions, &speeds, leg);
+    standing_at(level, positions, &speeds, leg)
+}
+
+/// The same over a floor that is known to be so high.
+pub(super) fn find_standing_at(level: f64, positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Standing {
+    standing_at(level, positions, &speeds(positions, times_seconds, leg), leg)
+}
+
+fn standing_at(level: f64, positions: &[DVec3], speeds: &[f64], leg: f64) -> Standing {
     let mut stands = Vec::with_capacity(positions.len());
     let mut on = false;
-    for (position, speed) in positions.iter().zip(&speeds) {
+    for (position, speed) in positions.iter().zip(speeds) {
         let height = (position.y - level) / leg;
         let (most_height, most_speed) = if on { (HEIGHT_OFF, SPEED_OFF) } else { (HEIGHT_ON, SPEED_ON) };
         on = height < most_height && *speed < most_speed;
@@ -62,7 +71,7 @@ pub(super) fn find_standing(positions: &[DVec3], times_seconds: &[f64], leg: f64
     }
     close_gaps(&mut stands);
     drop_short(&mut stands);
-    let is_still = stands.iter().zip(&speeds).map(|(stands, speed)| *stands && *speed < SPEED_ON).collect();
+    let is_still = stands.iter().zip(speeds).map(|(stands, speed)| *stands && *speed < SPEED_ON).collect();
     Standing { level, stands, is_still }
 }
 

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     agreement::disagreement,
     body::Size,
-    contacts::{HEIGHT_ON, Standing, find_standing, intervals},
+    contacts::{HEIGHT_ON, Standing, find_standing, find_standing_at, intervals},
     foot_points::{FootPoint, Traced, tip},
     metric::{Finding, Reading, Series, rounded},
     motion::{Both, Compared, Performer, Wanted},
@@ -31,6 +31,8 @@ pub(super) const MAX_CONTACTS: usize = 200;
 const CENTIMETERS: f64 = 100.0;
 /// Feet of a figure that stands at rest and never comes nearer to that floor, in legs, are in the air, however slow they are.
 const AIRBORNE: f64 = 0.1;
+/// Two feet that rest at heights that differ by more than this, in legs, do not both rest on the floor; the lower one does.
+const LEVEL_AGREEMENT: f64 = 0.1;
 
 /// One contact of the source, and what the target does in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -197,6 +199,7 @@ impl Feet {
             .zip(&positions)
             .map(|(point, both)| self.standing(point, both, &floors, compared))
             .collect();
+        self.agree(&mut standing, &positions, &floors, compared);
         let is_airborne = self.is_airborne(&positions);
         for standing in &mut standing {
             if is_airborne.source {
@@ -252,6 +255,34 @@ impl Feet {
         Both {
             source: is_high(lowest(|both| &both.source), self.sizes.source.floor, self.legs.source),
             target: is_high(lowest(|both| &both.target), self.sizes.target.floor, self.legs.target),
+        }
+    }
+
+    /// A foot that is only ever slow in the air, as on one leg, stands on the floor of the other one if at all.
+    fn agree(
+        &self,
+        standing: &mut [Both<Standing>],
+        positions: &[Both<Vec<DVec3>>],
+        floors: &Both<DVec3>,
+        compared: &Compared,
+    ) {
+        let found: Vec<Both<f64>> = standing.iter().map(|both| both.map(|standing| standing.level)).collect();
+        let agree = |standing: &mut Standing, lowest: f64, (positions, velocity): (&[DVec3], DVec3), leg: f64| {
+            if standing.level - lowest > LEVEL_AGREEMENT * leg {
+                let times = &compared.performed_seconds;
+                *standing = find_standing_at(lowest, &over_floor(positions, velocity, times), times, leg);
+            }
+        };
+        for ((standing, positions), point) in standing.iter_mut().zip(positions).zip(&self.points) {
+            if !point.bears {
+                continue;
+            }
+            let twins = found.iter().zip(&self.points).filter(|(_, twin)| twin.name == point.name);
+            let (source, target) = twins.fold((f64::INFINITY, f64::INFINITY), |lowest, (level, _)| {
+                (lowest.0.min(level.source), lowest.1.min(level.target))
+            });
+            agree(&mut standing.source, source, (&positions.source, floors.source), self.legs.source);
+            agree(&mut standing.target, target, (&positions.target, floors.target), self.legs.target);
         }
     }
 

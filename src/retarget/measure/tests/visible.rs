@@ -267,6 +267,37 @@ fn a_figure_that_rests_in_the_air_is_looked_at_where_its_clip_stands() {
     assert!(depth < 0.1, "it stands on the floor: {depth} cm in it");
 }
 
+#[test]
+fn a_foot_that_is_held_in_the_air_does_not_stand() {
+    let scene = shod(0.0);
+    let on_one_leg = clip(&scene.skeleton, 30, |_, pose| {
+        turn(pose, &scene.skeleton, "mixamorig:RightUpLeg", DQuat::from_rotation_x(-1.2));
+    });
+    let measures = measured(&scene, &on_one_leg, &on_one_leg, ReportDetail::Full);
+    let parts: Vec<&str> = measures.contacts.iter().map(|contact| contact.part.as_str()).collect();
+    assert!(!parts.is_empty() && parts.iter().all(|part| *part == "left_foot"), "{parts:?}");
+}
+
+#[test]
+fn a_foot_that_would_be_in_the_floor_is_right_where_it_is_flatter() {
+    let scene = shod(0.0);
+    // Both glide along, so that no foot stands; the source's toes point down.
+    let gliding = |height: f64, pitch: f64, heading: f64| {
+        clip(&scene.skeleton, 20, |frame, pose| {
+            move_root(pose, DVec3::new(0.0, height, 0.05 * frame as f64));
+            let turned = DQuat::from_rotation_y(heading) * DQuat::from_rotation_x(pitch);
+            turn(pose, &scene.skeleton, "mixamorig:LeftFoot", turned);
+        })
+    };
+    let error = |height: f64, heading: f64| {
+        let (source, result) = (gliding(height, -0.7, 0.0), gliding(height, 0.0, heading));
+        measured(&scene, &source, &result, ReportDetail::Full).metrics[&MetricName::EndOrientation].parts["left_foot"]
+    };
+    assert!(error(0.0, 0.0) < 15.0, "near the floor: {}", error(0.0, 0.0));
+    close(error(1.0, 0.0), 0.7_f64.to_degrees(), 0.5, "in the air");
+    assert!(error(0.0, 0.6) > 25.0, "it heads elsewhere: {}", error(0.0, 0.6));
+}
+
 /// Jumps of a result on a rig that differs from the source's.
 fn rotation_jumps(source: (&Scene, &Clip), target: (&Scene, &Clip)) -> f64 {
     value(&measured_onto(source, target, ReportDetail::Summary), MetricName::RotationJumps)
