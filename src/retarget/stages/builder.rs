@@ -246,7 +246,11 @@ impl<'a> StackBuilder<'a> {
         let (Some((pulls, sideways_cost)), Some(pelvis)) = (self.pull.take(), self.mapping.pelvis) else { return };
         let legs: Vec<&(usize, IkOp)> = open.iter().filter(|(limb, _)| self.limb(*limb).limb.is_leg()).collect();
         let starts = legs.iter().map(|(limb, _)| self.limb(*limb).target.start);
-        let kept = self.topmost_driven_below(Some(pelvis.target));
+        let mut kept = self.topmost_driven_below(Some(pelvis.target));
+        let turn_arm = self.turn_arm(&kept, open).filter(|_| pulls);
+        if turn_arm.is_none() {
+            kept.clear();
+        }
         let posing = self.target_posing(starts.chain([pelvis.target]).chain(kept.iter().copied()));
         let leg = |(limb, op): &&(usize, IkOp)| PulledLeg {
             limb: *limb,
@@ -254,7 +258,6 @@ impl<'a> StackBuilder<'a> {
             firm: 1.0 - op.softness,
         };
         let legs = legs.iter().map(leg).collect();
-        let turn_arm = self.turn_arm(&kept, open);
         let stage = PullStage {
             pelvis: pelvis.target,
             kept,

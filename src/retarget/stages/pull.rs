@@ -46,7 +46,7 @@ const MIN_HOLD: f64 = 0.5;
 #[derive(Clone, Debug)]
 pub(in crate::retarget) struct PullStage {
     pub(in crate::retarget) pelvis: usize,
-    /// What hangs on the pelvis and keeps how it is turned.
+    /// What hangs on the pelvis and keeps how it is turned when that turns; empty where it does not.
     pub(in crate::retarget) kept: Vec<usize>,
     pub(in crate::retarget) legs: Vec<PulledLeg>,
     pub(in crate::retarget) posing: Posing,
@@ -251,11 +251,9 @@ impl PullStage {
 
     /// The pelvis where it goes, and what hangs on it as it was turned.
     fn write(&self, given: &[Given], work: &mut Work<'_>) -> Result<(), Canceled> {
-        let turns = given.iter().any(|given| given.turned != DVec3::ZERO);
-        let kept: &[usize] = if turns { &self.kept } else { &[] };
         let slot = self.posing.slot(self.pelvis);
-        let pelvis = Changed { joint: self.pelvis, rotates: turns, moves: true };
-        let hanging = kept.iter().map(|&joint| Changed { joint, rotates: true, moves: false });
+        let pelvis = Changed { joint: self.pelvis, rotates: self.turn_arm.is_some(), moves: true };
+        let hanging = self.kept.iter().map(|&joint| Changed { joint, rotates: true, moves: false });
         let changed: Vec<Changed> = std::iter::once(pelvis).chain(hanging).collect();
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
             self.posing.fill_model(pose, &work.target, frame);
@@ -266,7 +264,7 @@ impl PullStage {
             let then = Transform { translation: now.translation + moved, rotation: turn * now.rotation, ..now };
             let local = parent.relative(&then);
             row[0] = Change { rotation: local.rotation.as_quat(), translation: local.translation.as_vec3() };
-            for (joint, change) in kept.iter().zip(&mut row[1..]) {
+            for (joint, change) in self.kept.iter().zip(&mut row[1..]) {
                 let slot = self.posing.slot(*joint);
                 let above = turn * self.posing.parent_of(pose, slot).rotation;
                 change.rotation = (above.conjugate() * pose.model[slot].rotation).normalize().as_quat();
