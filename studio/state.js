@@ -59,10 +59,22 @@ export function set(changes) {
   const told = new Set();
   for (const [name, value] of Object.entries(changes)) {
     if (/** @type {any} */ (state)[name] === value) continue;
-    /** @type {any} */ (state)[name] = value;
+    /** @type {any} */ (state)[name] = name === "config" ? frozen(value) : value;
     for (const call of listeners.get(name) ?? []) told.add(call);
   }
   for (const call of told) call();
+}
+
+/**
+ * A config is replaced and never changed in place, which nobody would be told of.
+ * @template T
+ * @param {T} value
+ * @returns {T}
+ */
+function frozen(value) {
+  if (typeof value !== "object" || value === null) return value;
+  for (const member of Object.values(value)) frozen(member);
+  return Object.freeze(value);
 }
 
 /** @type {string[]} */
@@ -83,7 +95,7 @@ export function edit(change) {
   past.push(before);
   if (past.length > 200) past.shift();
   future = [];
-  set({ config: frozen(pruned) });
+  set({ config: pruned });
 }
 
 /** @param {Config} config */
@@ -98,21 +110,21 @@ export function replaceConfig(config) {
 export function resetConfig() {
   past = [];
   future = [];
-  set({ config: frozen({}) });
+  set({ config: {} });
 }
 
 export function undo() {
   const before = past.pop();
   if (before === undefined) return;
   future.push(JSON.stringify(state.config));
-  set({ config: frozen(JSON.parse(before)) });
+  set({ config: JSON.parse(before) });
 }
 
 export function redo() {
   const after = future.pop();
   if (after === undefined) return;
   past.push(JSON.stringify(state.config));
-  set({ config: frozen(JSON.parse(after)) });
+  set({ config: JSON.parse(after) });
 }
 
 export function canUndo() {
@@ -121,18 +133,6 @@ export function canUndo() {
 
 export function canRedo() {
   return future.length > 0;
-}
-
-/**
- * What is of the config cannot be changed but by `edit`: a change in place would be seen by nobody.
- * @template T
- * @param {T} value
- * @returns {T}
- */
-function frozen(value) {
-  if (typeof value !== "object" || value === null) return value;
-  for (const member of Object.values(value)) frozen(member);
-  return Object.freeze(value);
 }
 
 /**

@@ -106,11 +106,11 @@ struct Whole {
     /// canonical space.
     upper_side: Option<DVec3>,
     /// Of a foot.
-    sole: Option<Sole>,
+    clearance: Option<Clearance>,
 }
 
 /// What of a foot of the target can be in the floor, however its toes are bent.
-struct Sole {
+struct Clearance {
     /// Slot of the ankle.
     ankle: usize,
     /// From the ankle, in the rest pose that turns are counted from; canonical, meters.
@@ -153,8 +153,8 @@ impl Limbs {
             let joint = last_joint(rigs, role)?;
             let is_foot = role.ends_with("_foot");
             let upper_side = is_foot.then(|| upper_side(rigs.target, mapping, joint.target)).flatten();
-            let sole = if is_foot { Sole::find(rigs.target, size, mapping, joint, wanted) } else { None };
-            Some(Whole { role, joint: joint.target, turn: wanted.turn(joint), upper_side, sole })
+            let clearance = if is_foot { Clearance::find(rigs.target, size, mapping, joint, wanted) } else { None };
+            Some(Whole { role, joint: joint.target, turn: wanted.turn(joint), upper_side, clearance })
         };
         Self { limbs, wholes: WHOLE.into_iter().filter_map(whole).collect() }
     }
@@ -255,7 +255,7 @@ impl Whole {
         if let Some(tilt) = self.tilt_degrees(compared, frame).filter(|_| is_flat) {
             return whole.min(tilt.max(heading()));
         }
-        match self.sole.as_ref().map_or(0.0, |sole| sole.flatter(compared, self.turn, frame)) {
+        match self.clearance.as_ref().map_or(0.0, |clearance| clearance.flatter(compared, self.turn, frame)) {
             share if share > 0.0 => whole.min((whole * (1.0 - share)).max(heading())),
             _ => whole,
         }
@@ -268,7 +268,7 @@ impl Whole {
     }
 }
 
-impl Sole {
+impl Clearance {
     /// Nothing where it is not known where the floor is, or the foot.
     fn find(rig: &Rig<'_>, size: &Size, mapping: &Mapping, foot: Both<usize>, wanted: &mut Wanted) -> Option<Self> {
         let (floor, leg) = (size.floor?, size.leg?);

@@ -201,13 +201,7 @@ impl PullStage {
     }
 
     /// Feet that are not held go where their hips go, so that their legs keep their shape, as long as they stay out of the floor.
-    fn take_along(
-        &self,
-        given: &[Given],
-        shifts: &[DVec3],
-        hips: &[Hip],
-        work: &mut Work<'_>,
-    ) -> Result<(), Canceled> {
+    fn take_along(&self, given: &[Given], shifts: &[DVec3], hips: &[Hip], work: &mut Work<'_>) -> Result<(), Canceled> {
         let up = self.ground.up;
         work.change_goals(self.limb_count, |_, frame, goals| {
             for (leg, hip) in self.legs.iter().zip(&hips[frame * self.legs.len()..]) {
