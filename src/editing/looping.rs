@@ -3,44 +3,21 @@
 use glam::{DQuat, DVec3, Vec3};
 
 use crate::{
-    model::{
-        Clip, JointContacts, JointTracks, MorphTrack, Skeleton, Track,
-        rotation::{smoothstep, twist},
-    },
+    model::{Clip, JointContacts, JointTracks, MorphTrack, Skeleton, Track, Transform, Travel, rotation::smoothstep},
     retarget::{LoopRoot, LoopSpec},
 };
 
 use super::error::EditError;
 
-/// Where the end of the clip lies, seen from its start: a turn about the vertical and a level way.
-#[derive(Clone, Copy)]
-struct Travel {
-    turn: DQuat,
-    way: DVec3,
-}
-
-impl Travel {
-    const NONE: Self = Self { turn: DQuat::IDENTITY, way: DVec3::ZERO };
-
-    /// From the joint that carries the figure; `up` in its parent's space.
-    fn of(tracks: &JointTracks, up: DVec3) -> Self {
-        let ends = |values: &[Vec3]| (values[0].as_dvec3(), values[values.len() - 1].as_dvec3());
-        let Track::Sampled(positions) = &tracks.translation else { return Self::NONE };
-        let (start, end) = ends(positions);
-        let turn = match &tracks.rotation {
-            Track::Sampled(rotations) => {
-                let (first, last) = (rotations[0].as_dquat(), rotations[rotations.len() - 1].as_dquat());
-                twist((last * first.conjugate()).normalize(), up)
-            }
-            Track::Rest | Track::Constant(_) => DQuat::IDENTITY,
-        };
-        let way = end - turn * start;
-        Self { turn, way: way - up * way.dot(up) }
-    }
-
-    fn then(self, next: Self) -> Self {
-        Self { turn: (self.turn * next.turn).normalize(), way: self.way + self.turn * next.way }
-    }
+/// How far the joint that carries the figure gets over the clip; `up` in its parent's space.
+fn travel_of(tracks: &JointTracks, up: DVec3) -> Travel {
+    let Track::Sampled(positions) = &tracks.translation else { return Travel::NONE };
+    let at = |frame: usize| Transform {
+        translation: positions[frame].as_dvec3(),
+        rotation: tracks.rotation.wide_at(frame, DQuat::IDENTITY),
+        ..Transform::IDENTITY
+    };
+    Travel::between(&at(0), &at(positions.len() - 1), up)
 }
 
 /// Bends the last `blend_seconds` toward the first frame, and plays the clip `times` times. The last frame of one pass is the first of the
@@ -59,7 +36,7 @@ pub(super) fn make_loop(clip: &Clip, skeleton: &Skeleton, up: DVec3, rule: &Loop
     let travel = match rule.root {
         LoopRoot::Restart => Travel::NONE,
         LoopRoot::Travel => carrier.map_or(Travel::NONE, |joint| {
-            Travel::of(&clip.joints()[joint], rotation_above(clip, skeleton, joint).conjugate() * up)
+            travel_of(&clip.joints()[joint], rotation_above(clip, skeleton, joint).conjugate() * up)
         }),
     };
     let start = clip.times_seconds()[0];
@@ -85,9 +62,9 @@ pub(super) fn make_loop(clip: &Clip, skeleton: &Skeleton, up: DVec3, rule: &Loop
         JointTracks {
             translation: repeat(&tracks.translation, times, |values, frame, pass| {
                 let (first, last) = (values[0].as_dvec3(), values[frames - 1].as_dvec3());
-                let missing = own.turn * first + own.way - last;
+                let missing = own.place(first) - last;
                 let value = values[frame].as_dvec3() + missing * weights[frame];
-                passes.map_or(value, |passes| passes[pass].turn * value + passes[pass].way).as_vec3()
+                passes.map_or(value, |passes| passes[pass].place(value)).as_vec3()
             }),
             rotation: repeat(&tracks.rotation, times, |values, frame, pass| {
                 if weights[frame] == 0.0 && (pass == 0 || passes.is_none()) {

@@ -23,6 +23,7 @@ mod sparse_keys;
 mod stretched;
 mod track;
 mod transform;
+mod travel;
 mod warning;
 
 pub use appearance::{Appearance, Carrier, FourInfluences, Paint, Surface, SurfaceShape};
@@ -42,4 +43,5 @@ pub use sparse_keys::{JointKeys, KeyCurve, SparseKeys, hermite};
 pub use stretched::{Stretched, joints_stretched_in, straightened_clip};
 pub use track::Track;
 pub use transform::Transform;
+pub use travel::Travel;
 pub use warning::{Reporter, Warning};

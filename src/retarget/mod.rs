@@ -8,6 +8,7 @@ mod direct;
 mod drivers;
 mod explain;
 mod lanes;
+mod looped;
 pub(in crate::retarget) mod mapping;
 mod measure;
 pub(in crate::retarget) mod ops;

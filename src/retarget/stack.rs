@@ -9,11 +9,13 @@ use std::sync::Arc;
 
 use super::{
     Plan,
+    looped::Loops,
     mapping::{LimbPair, Mapping},
     ops::{resolved::ResolvedOps, scale_source::ScaledSource},
     run::{RunError, run},
     stages::{
         builder::StackBuilder,
+        clock::Clock,
         contact_points::ContactPoints,
         result::{ContactTrack, StackResult, tell},
         stage::Stage,
@@ -32,6 +34,8 @@ pub struct Stack {
     /// Points of contact and the joints of the target that they are.
     contact_joints: Vec<(&'static str, usize)>,
     meters_per_unit: f64,
+    /// Nothing where no stage looks at more than a frame.
+    loops: Option<Loops>,
 }
 
 impl Stack {
@@ -44,7 +48,10 @@ impl Stack {
             op.work.compile(op, &ops.ops[index + 1..], &mut builder);
         }
         builder.close();
+        let up = mapping.plan_from_source.rotation.conjugate() * mapping.ground.up;
+        let loops = if builder.stages.is_empty() { None } else { Loops::new(source, mapping, up) };
         Self {
+            loops,
             plan: Plan::new(source, target, mapping),
             source: ops.source_scale.map(|scale| ScaledSource::new(scale, source)),
             stages: builder.stages,
@@ -67,6 +74,12 @@ impl Stack {
     pub fn run(&self, clip: &Clip, control: &Control) -> Result<StackResult, RunError> {
         let scaled = self.source.as_ref().map(|source| source.apply(clip, control)).transpose()?;
         let clip = scaled.as_ref().unwrap_or(clip);
+        let surrounded =
+            self.loops.as_ref().and_then(|loops| Some(loops.around(clip, &loops.find(clip)?))).transpose()?;
+        let (clip, clock) = match &surrounded {
+            Some(surrounded) => (&surrounded.clip, surrounded.clock.clone()),
+            None => (clip, Clock::of_clip(clip.frame_count())),
+        };
         let result = run(&self.plan, clip, control)?;
         if self.stages.is_empty() {
             let (contacts, reaches, limited) = (Vec::new(), Vec::new(), Vec::new());
@@ -76,6 +89,7 @@ impl Stack {
         let (name, times, target) = result.into_parts();
         let mut work = Work {
             control,
+            clock,
             times: &times,
             performed: &performed,
             source: clip.joints(),
@@ -93,9 +107,11 @@ impl Stack {
             stage.run(&mut work)?;
         }
         let (contacts, reaches) = tell(&work, &self.limbs, self.meters_per_unit);
-        let (target, limited) = (work.target, work.limited);
+        let (own, target, limited) = (work.clock.own(), work.target, work.limited);
         let touching = self.touching(&contacts);
-        let clip = Clip::new(name, times, target)?.with_contacts(touching)?;
+        let clip = Clip::new(name, times, target)?;
+        let clip = if surrounded.is_some() { clip.section(own) } else { clip };
+        let clip = clip.with_contacts(touching)?;
         Ok(StackResult { clip, contacts, reaches, limited })
     }
 

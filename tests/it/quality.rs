@@ -12,6 +12,7 @@ mod gait;
 mod heads;
 mod invariance;
 mod limbs;
+mod loops;
 mod lying;
 mod made_rigs;
 mod matrix;

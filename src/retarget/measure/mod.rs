@@ -20,6 +20,7 @@ mod feet;
 mod foot_points;
 mod hands;
 mod limbs;
+mod loop_seam;
 mod metric;
 mod motion;
 mod pops;
@@ -53,6 +54,7 @@ use self::{
     feet::{Feet, FeetFindings},
     hands::{Hands, hand_gap},
     limbs::{LimbSeries, Limbs, directions, percentile_finding},
+    loop_seam::loop_seam,
     metric::{Finding, Reading, Series, judge, overall, rounded, score, verdict_reason},
     motion::{Both, Compared, Frames, Performer, Wanted, compare},
     pops::Pops,
@@ -192,6 +194,7 @@ pub fn measure(
         (MetricName::ReachResidual, reach_residual(reaches, target, &sizes.target)),
         (MetricName::UndrivenBody, undriven_body(mapping, &performers)),
         (MetricName::RestResidual, rest_residual(&rigs)),
+        (MetricName::LoopSeam, loop_seam(mapping, &performers, &sizes)),
     ];
     let judged = |(name, finding): (MetricName, Finding)| {
         (name, judge(name, finding, choice, target.skeleton(), result.times_seconds()))

@@ -3,7 +3,10 @@
 use crate::model::{Clip, Scene};
 
 use super::{Alpha, Scope, source_curves::alpha_keys};
-use crate::rig::error::{SpecError, SpecErrorKind, SpecField};
+use crate::{
+    retarget::stages::clock::Moment,
+    rig::error::{SpecError, SpecErrorKind, SpecField},
+};
 
 /// When an op works.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +25,7 @@ impl Schedule {
     }
 
     /// The share of the stage's change at a frame: the alpha at its time, 0 outside of the frames.
-    pub(in crate::retarget) fn alpha_at(&self, frame: usize, seconds: f64) -> f64 {
+    pub(in crate::retarget) fn alpha_at(&self, Moment { frame, seconds }: Moment) -> f64 {
         if frame < self.frames[0] || frame > self.frames[1] {
             return 0.0;
         }
@@ -76,10 +79,11 @@ mod tests {
     #[test]
     fn alpha_is_linear_between_keys_and_nothing_outside_of_the_frames() {
         let schedule = Schedule { alpha: vec![[1.0, 0.0], [2.0, 1.0]], frames: [2, 50] };
-        assert_eq!(schedule.alpha_at(10, 0.5), 0.0, "before the first key");
-        assert_eq!(schedule.alpha_at(10, 1.25), 0.25, "between");
-        assert_eq!(schedule.alpha_at(10, 9.0), 1.0, "after the last");
-        assert_eq!(schedule.alpha_at(51, 9.0), 0.0, "outside of the frames");
-        assert_eq!(schedule.alpha_at(1, 1.5), 0.0, "outside of the frames");
+        let alpha = |frame: usize, seconds: f64| schedule.alpha_at(Moment { frame, seconds });
+        assert_eq!(alpha(10, 0.5), 0.0, "before the first key");
+        assert_eq!(alpha(10, 1.25), 0.25, "between");
+        assert_eq!(alpha(10, 9.0), 1.0, "after the last");
+        assert_eq!(alpha(51, 9.0), 0.0, "outside of the frames");
+        assert_eq!(alpha(1, 1.5), 0.0, "outside of the frames");
     }
 }

@@ -158,6 +158,9 @@ pub enum MetricName {
     ChestFacing,
     /// Angle between where a bone points in the rest pose and in the rest file that the pose was taken from; largest.
     RestResidual,
+    /// How far a joint jumps where a clip that is played over and over begins again, beyond what the source's does, at 1 m leg length;
+    /// largest.
+    LoopSeam,
 }
 
 /// What is known of a metric before anything is measured.
@@ -203,7 +206,7 @@ impl MetricName {
 }
 
 /// The one place of all thresholds.
-const METRICS: [MetricInfo; 27] = [
+const METRICS: [MetricInfo; 28] = [
     MetricInfo {
         metric: MetricName::FootSlide,
         name: "foot_slide",
@@ -480,6 +483,16 @@ const METRICS: [MetricInfo; 27] = [
         forgives_source: false,
         weight: 1.0,
         about: "angle between where a bone points in the rest pose and in the rest file that the pose was taken from; largest",
+    },
+    MetricInfo {
+        metric: MetricName::LoopSeam,
+        name: "loop_seam",
+        unit: "cm",
+        threshold: Threshold { warn_above: 1.0, fail_above: 4.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "how far a joint jumps where a clip that is played over and over begins again, beyond what the source's does, at 1 m leg length; largest",
     },
 ];
 

@@ -2,6 +2,7 @@
 
 mod ahead;
 pub(in crate::retarget) mod builder;
+pub(in crate::retarget) mod clock;
 pub(in crate::retarget) mod contact_points;
 pub(in crate::retarget) mod limbs;
 pub(in crate::retarget) mod posed;

@@ -78,12 +78,13 @@ pub(in crate::retarget) fn tell(
     limbs: &[&str],
     meters_per_unit: f64,
 ) -> (Vec<ContactTrack>, Vec<LimbReach>) {
-    let times = work.times;
+    let own = work.clock.own();
+    let times = &work.times[own.clone()];
     let mut contacts = BTreeMap::new();
     for point in &work.contacts.points {
-        let seconds = runs(&point.touches).into_iter().map(|(first, last)| [times[first], times[last]]).collect();
-        contacts
-            .insert(point.name, ContactTrack { point: point.name.to_owned(), seconds, touches: point.touches.clone() });
+        let touches = point.touches[own.clone()].to_vec();
+        let seconds = runs(&touches).into_iter().map(|(first, last)| [times[first], times[last]]).collect();
+        contacts.insert(point.name, ContactTrack { point: point.name.to_owned(), seconds, touches });
     }
     let reach = |(index, limb): (usize, &&str)| {
         let residuals: Vec<f64> = work
@@ -91,6 +92,8 @@ pub(in crate::retarget) fn tell(
             .iter()
             .skip(index)
             .step_by(limbs.len())
+            .skip(own.start)
+            .take(own.len())
             .map(|residual| f64::from(*residual) * meters_per_unit)
             .collect();
         if residuals.iter().any(|residual| residual.is_nan()) {

@@ -5,7 +5,10 @@ use rayon::prelude::*;
 
 use crate::model::{Canceled, Control, JointTracks, Track};
 
-use super::contact_points::ContactPoints;
+use super::{
+    clock::{Clock, Moment},
+    contact_points::ContactPoints,
+};
 
 /// Frames that one thread takes at a time.
 pub(in crate::retarget) const CHUNK_FRAMES: usize = 64;
@@ -13,7 +16,9 @@ pub(in crate::retarget) const CHUNK_FRAMES: usize = 64;
 /// The state between two stages.
 pub(in crate::retarget) struct Work<'a> {
     pub(in crate::retarget) control: &'a Control,
-    /// Key times of the result.
+    /// Which frames are the clip, and which frame of it is shown by the others.
+    pub(in crate::retarget) clock: Clock,
+    /// Key times.
     pub(in crate::retarget) times: &'a [f64],
     /// The same on the clock of the performance, by which speeds are judged and poses smoothed.
     pub(in crate::retarget) performed: &'a [f64],
@@ -133,6 +138,12 @@ impl Work<'_> {
     /// How the trunk rests on the floor at a frame.
     pub(in crate::retarget) fn resting(&self, frame: usize) -> Resting {
         self.resting.as_ref().and_then(|resting| resting.get(frame)).copied().unwrap_or_default()
+    }
+
+    /// The frame of the clip that a frame shows, and its time: schedules and spans of seconds are about the clip.
+    pub(in crate::retarget) fn moment(&self, frame: usize) -> Moment {
+        let own = self.clock.clip_frame(frame);
+        Moment { frame: own, seconds: self.times[self.clock.own().start + own] }
     }
 
     pub(in crate::retarget) fn frame_count(&self) -> usize {

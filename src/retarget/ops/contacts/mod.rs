@@ -30,7 +30,7 @@ use crate::{
     rig::error::{SpecErrorKind, SpecField},
 };
 use resolve::take_contacts;
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::Range};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -41,6 +41,7 @@ use crate::{
 };
 
 use crate::retarget::stages::{
+    clock::Moment,
     contact_points::{ContactPoint, ContactPoints, Part},
     posing::Posing,
     temporal::{forward_speeds, runs, smoothed, speeds},
@@ -106,11 +107,13 @@ impl ContactStage {
         Self { op: op.clone(), points, posing, ground, scale: leg, frames }
     }
 
-    /// The velocity of the floor; zero where it stands.
-    fn floor_velocity(&self, tracks: &[Tracked], times: &[f64]) -> DVec3 {
+    /// The velocity of the floor; zero where it stands. The clip alone decides, as it does for the measures.
+    fn floor_velocity(&self, tracks: &[Tracked], work: &Work<'_>) -> DVec3 {
         let of_balls = self.points.iter().zip(tracks).filter(|(point, _)| point.part == Part::Ball);
-        let feet: Vec<FootWay<'_>> = of_balls.map(|(_, track)| track.way()).collect();
-        floor_velocity(&feet, times, self.ground.up, self.scale, self.op.speed_on * self.scale).unwrap_or_default()
+        let own = work.clock.own();
+        let feet: Vec<FootWay<'_>> = of_balls.map(|(_, track)| track.way(own.clone())).collect();
+        floor_velocity(&feet, &work.performed[own], self.ground.up, self.scale, self.op.speed_on * self.scale)
+            .unwrap_or_default()
     }
 
     /// The height at which a point rests most often, among those at which it is slow.
@@ -182,21 +185,21 @@ impl ContactStage {
 
     /// `level` is the height at which the point rests; nothing where it never does.
     fn touches(&self, point: &Point, track: &Tracked, level: Option<f64>, work: &Work<'_>) -> Vec<bool> {
-        let (op, times) = (&self.op, work.times);
+        let (op, frames) = (&self.op, work.frame_count());
         let within = |ranges: Option<&Vec<[f64; 2]>>, time: f64| {
             ranges.is_some_and(|ranges| ranges.iter().any(|[from, to]| (*from..=*to).contains(&time)))
         };
         let mut touches = match (op.set.get(point.name), op.detect) {
-            (Some(_), _) => times.iter().map(|time| within(op.set.get(point.name), *time)).collect(),
-            (None, false) => vec![false; times.len()],
+            (Some(set), _) => (0..frames).map(|frame| within(Some(set), work.moment(frame).seconds)).collect(),
+            (None, false) => vec![false; frames],
             (None, true) => {
-                level.map_or_else(|| vec![false; times.len()], |level| self.detect(track, level, work.performed))
+                level.map_or_else(|| vec![false; frames], |level| self.detect(track, level, work.performed))
             }
         };
         for (frame, touches) in touches.iter_mut().enumerate() {
-            let time = times[frame];
-            *touches |= within(op.add.get(point.name), time);
-            *touches &= !within(op.remove.get(point.name), time);
+            let Moment { frame, seconds } = work.moment(frame);
+            *touches |= within(op.add.get(point.name), seconds);
+            *touches &= !within(op.remove.get(point.name), seconds);
             *touches &= (self.frames[0]..=self.frames[1]).contains(&frame);
         }
         touches
@@ -269,7 +272,7 @@ impl Stage for ContactStage {
                 Tracked::new(positions, work.performed, &self.ground, self.op.smoothing_seconds / 2.0)
             })
             .collect();
-        let floor_velocity = self.floor_velocity(&tracks, work.performed);
+        let floor_velocity = self.floor_velocity(&tracks, work);
         let over = |track: Tracked| track.over(floor_velocity, work.performed);
         let tracks: Vec<Tracked> =
             if floor_velocity == DVec3::ZERO { tracks } else { tracks.into_iter().map(over).collect() };
@@ -318,8 +321,8 @@ impl Tracked {
         Self { soles, smooth, heights, speeds, forward_speeds }
     }
 
-    fn way(&self) -> FootWay<'_> {
-        FootWay { places: &self.smooth, speeds: &self.speeds }
+    fn way(&self, frames: Range<usize>) -> FootWay<'_> {
+        FootWay { places: &self.smooth[frames.clone()], speeds: &self.speeds[frames] }
     }
 
     /// The same with speeds over a floor that runs.

@@ -8,7 +8,10 @@ pub use self::drive::CurveDrive;
 pub use self::spec::{ContactCurve, CurveRow, CurvesOp, OtherCurves};
 
 use crate::model::{Clip, Morph, Track};
-use crate::retarget::ops::{context::Context, op_spec::OpSpec, scope::Scope};
+use crate::retarget::{
+    ops::{context::Context, op_spec::OpSpec, scope::Scope},
+    stages::clock::Moment,
+};
 
 /// The values of each drive over the frames of a clip, whose own curves are `source`, in the order of the drives.
 #[must_use]
@@ -19,7 +22,7 @@ pub fn carried_curves(clip: &Clip, source: &[Morph], drives: &[CurveDrive]) -> V
         let at_rest = drive.value(f64::from(rest));
         let value = |frame: usize| {
             let own = track.map_or(rest, |track| track.weights.at(frame, rest));
-            let alpha = drive.schedule.alpha_at(frame, clip.times_seconds()[frame]);
+            let alpha = drive.schedule.alpha_at(Moment { frame, seconds: clip.times_seconds()[frame] });
             #[expect(clippy::cast_possible_truncation, reason = "curves are single precision in every file")]
             let value = (at_rest + (drive.value(f64::from(own)) - at_rest) * alpha) as f32;
             value

@@ -31,7 +31,7 @@ use rayon::prelude::*;
 use super::schedule::Schedule;
 use crate::model::{Canceled, Clip, ClipError, Control, JointTracks, Track, rotation::join_hemispheres};
 
-use crate::retarget::stages::{temporal::smoothed_rotations, work::Work};
+use crate::retarget::stages::{clock::Moment, temporal::smoothed_rotations, work::Work};
 use butterworth::butterworth;
 use local_polynomial::local_polynomial;
 use one_euro::one_euro;
@@ -50,7 +50,8 @@ pub fn filtered(
 ) -> Result<Result<Clip, ClipError>, Canceled> {
     let stage = FilterStage { op: op.clone(), schedule, joints };
     let mut tracks = clip.joints().to_vec();
-    stage.apply(&mut tracks, clip.times_seconds(), control)?;
+    let times = clip.times_seconds();
+    stage.apply(&mut tracks, times, |frame| Moment { frame, seconds: times[frame] }, control)?;
     Ok(clip.clone().with_joints(tracks))
 }
 
@@ -63,14 +64,20 @@ pub(in crate::retarget) struct FilterStage {
 }
 
 impl FilterStage {
-    fn apply(&self, tracks: &mut [JointTracks], times: &[f64], control: &Control) -> Result<(), Canceled> {
+    fn apply(
+        &self,
+        tracks: &mut [JointTracks],
+        times: &[f64],
+        moment: impl Fn(usize) -> Moment + Sync,
+        control: &Control,
+    ) -> Result<(), Canceled> {
         let filtered: Vec<Option<Vec<Quat>>> = self
             .joints
             .par_iter()
             .map(|&joint| {
                 control.check()?;
                 let Track::Sampled(rotations) = &tracks[joint].rotation else { return Ok(None) };
-                Ok(Some(self.filter(rotations, times)))
+                Ok(Some(self.filter(rotations, times, &moment)))
             })
             .collect::<Result<_, Canceled>>()?;
         for (&joint, rotations) in self.joints.iter().zip(filtered) {
@@ -81,7 +88,7 @@ impl FilterStage {
         Ok(())
     }
 
-    fn filter(&self, rotations: &[Quat], times: &[f64]) -> Vec<Quat> {
+    fn filter(&self, rotations: &[Quat], times: &[f64], moment: impl Fn(usize) -> Moment) -> Vec<Quat> {
         let rotations = rotations.iter().map(|rotation| rotation.as_dquat().normalize()).collect();
         let rotations: Vec<DQuat> = on_one_hemisphere(rotations);
         let filtered = match self.op.kind {
@@ -94,7 +101,7 @@ impl FilterStage {
             FilterKind::Median => vector_median(&rotations, self.op.reach_frames as usize),
         };
         let blend = |(frame, (own, filtered)): (usize, (&DQuat, &DQuat))| {
-            own.slerp(*filtered, self.schedule.alpha_at(frame, times[frame])).normalize().as_quat()
+            own.slerp(*filtered, self.schedule.alpha_at(moment(frame))).normalize().as_quat()
         };
         rotations.iter().zip(&filtered).enumerate().map(blend).collect()
     }
@@ -102,7 +109,10 @@ impl FilterStage {
 
 impl Stage for FilterStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        self.apply(&mut work.target, work.times, work.control)
+        let mut target = std::mem::take(&mut work.target);
+        let done = self.apply(&mut target, work.times, |frame| work.moment(frame), work.control);
+        work.target = target;
+        done
     }
 }
 
@@ -185,8 +195,11 @@ mod tests {
 
     fn filtered(kind: FilterKind, rotations: &[Quat], times: &[f64]) -> Vec<Quat> {
         let schedule = Schedule { alpha: vec![[0.0, 1.0]], frames: [0, rotations.len()] };
-        FilterStage { op: FilterOp { kind, ..FilterOp::default() }, schedule, joints: Vec::new() }
-            .filter(rotations, times)
+        FilterStage { op: FilterOp { kind, ..FilterOp::default() }, schedule, joints: Vec::new() }.filter(
+            rotations,
+            times,
+            |frame| Moment { frame, seconds: times[frame] },
+        )
     }
 
     #[test]

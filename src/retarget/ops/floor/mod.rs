@@ -301,7 +301,7 @@ impl Stage for FloorStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.feet.len();
         let alphas: Vec<f64> =
-            work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
+            (0..work.frame_count()).map(|frame| self.schedule.alpha_at(work.moment(frame))).collect();
         self.flatten(&alphas, work)?;
         self.find_source_soles(work)?;
         self.find_resting(work)?;

@@ -95,7 +95,7 @@ impl Stage for TailStage {
         let init = || (self.posing.pose(), vec![0.0; width]);
         let fill = |(pose, higher): &mut (Pose, Vec<f64>), frame: usize, row: &mut [Lifted]| {
             self.posing.fill(pose, &work.target, frame);
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let alpha = self.schedule.alpha_at(work.moment(frame));
             let mut first = 0;
             for tail in &self.tails {
                 let end = first + tail.joints.len();

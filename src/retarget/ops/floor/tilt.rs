@@ -105,7 +105,7 @@ impl FloorStage {
                 let wanted = wanted(index, frame).shifted(self.ground.target_floor - lifts[index][frame]);
                 let turned = self.needed_turn(foot, &placed, wanted, holds[index][frame]);
                 let stands = 1.0 - work.resting(frame).share;
-                *turn = turned * self.schedule.alpha_at(frame, work.times[frame]) * stands;
+                *turn = turned * self.schedule.alpha_at(work.moment(frame)) * stands;
             }
         };
         let needed = work.rows(width, || self.target.pose(), fill)?;

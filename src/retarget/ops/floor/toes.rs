@@ -100,7 +100,7 @@ impl Stage for ToeStage {
         };
         let measure = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
             self.target.fill_model(pose, &work.target, frame);
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let alpha = self.schedule.alpha_at(work.moment(frame));
             for (foot, bend) in self.feet.iter().zip(row) {
                 *bend = toes(foot, pose).map_or(0.0, |(_, toes)| self.bend(foot, &toes) * alpha);
             }

@@ -140,7 +140,7 @@ impl Stage for GoalStage {
         let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Goal]| {
             self.source.fill_model(source, work.source, frame);
             self.target.fill_model(target, &work.target, frame);
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let alpha = self.schedule.alpha_at(work.moment(frame));
             for limb in &self.limbs {
                 row[limb.limb] = self.goal(limb, source, target, alpha);
             }

@@ -196,7 +196,8 @@ impl LimitStage {
                 let rest = target.rest_rotation(joint);
                 degrees_between(before.at(frame, rest), after)
             });
-            let turned: Vec<f64> = turned.collect();
+            let own = work.clock.own();
+            let turned: Vec<f64> = turned.skip(own.start).take(own.len()).collect();
             let frames = turned.iter().filter(|degrees| **degrees > MIN_LIMITED_DEGREES).count();
             let (worst_frame, worst_degrees) =
                 turned.into_iter().enumerate().max_by(|first, second| first.1.total_cmp(&second.1))?;

@@ -43,7 +43,7 @@ impl PlantStage {
                 continue;
             }
             for frame in 0..work.frame_count() {
-                let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+                let alpha = self.schedule.alpha_at(work.moment(frame));
                 let turn = DQuat::from_axis_angle(axes.front, -rolled * share * alpha);
                 work.goals[goal(frame)].rotation *= turn;
             }

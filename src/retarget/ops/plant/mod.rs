@@ -210,7 +210,7 @@ impl Stage for PlantStage {
         self.steady(work)?;
         let mut feet = self.read(work)?;
         if work.contacts.does_floor_run {
-            let share = self.floor_share(&feet);
+            let share = self.floor_share(&feet, work.clock.own());
             for (foot, planted) in feet.iter_mut().zip(&self.feet) {
                 let floor = RunningFloor { share, most: planted.carried };
                 foot.iter_mut().for_each(|foot| foot.running_floor = Some(floor));
@@ -219,7 +219,7 @@ impl Stage for PlantStage {
         let correct = |foot: &Option<Foot>| foot.as_ref().map(|foot| self.corrections(foot, work.performed));
         let corrections: Vec<Option<Vec<Correction>>> = feet.par_iter().map(correct).collect();
         work.change_goals(self.limb_count, |work, frame, goals| {
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let alpha = self.schedule.alpha_at(work.moment(frame));
             for (foot, corrections) in self.feet.iter().zip(&corrections) {
                 let Some(correction) = corrections.as_ref().map(|corrections| corrections[frame]) else { continue };
                 let goal = &mut goals[foot.limb];

@@ -4,6 +4,8 @@
 //! changes the legs least: the source's, for its legs, times a share that is found from all contacts. Beside that a foot moves as the
 //! source's does.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::{Foot, PlantStage};
@@ -29,14 +31,14 @@ impl RunningFloor {
 }
 
 impl PlantStage {
-    /// How fast the floor runs below the target beside how fast it runs below the source, for legs of one length.
-    pub(super) fn floor_share(&self, feet: &[Option<Foot>]) -> f64 {
+    /// How fast the floor runs below the target beside how fast it runs below the source, for legs of one length, by those frames.
+    pub(super) fn floor_share(&self, feet: &[Option<Foot>], frames: Range<usize>) -> f64 {
         let (mut along, mut square) = (0.0, 0.0);
         for foot in feet.iter().flatten() {
             for (part, track) in foot.tracks.iter().enumerate() {
                 let Some(track) = track else { continue };
                 let stays = |frame: &usize| track.touches[*frame] && track.touches[frame + 1];
-                for frame in (0..track.touches.len().saturating_sub(1)).filter(stays) {
+                for frame in (frames.start..frames.end.saturating_sub(1)).filter(stays) {
                     let wanted = foot.source_step(part, frame).unwrap_or_default().reject_from_normalized(self.up);
                     along += wanted.dot(foot.target_step(part, frame));
                     square += wanted.length_squared();

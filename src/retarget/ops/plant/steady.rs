@@ -59,7 +59,7 @@ impl PlantStage {
         let turn = |foot: usize, part: usize, frame: usize, alpha: f64| {
             DQuat::from_scaled_axis(-taken[foot][frame][part] * alpha)
         };
-        let alpha = |frame: usize| self.schedule.alpha_at(frame, work.times[frame]);
+        let alpha = |frame: usize| self.schedule.alpha_at(work.moment(frame));
         // Toes keep how they are turned, but for their own part, while the foot below which they hang turns.
         let balls: Vec<(usize, usize, Changed)> = feet
             .iter()
@@ -84,7 +84,7 @@ impl PlantStage {
         };
         let changes = work.rows(balls.len(), || self.posing.pose(), fill)?;
         work.change_goals(self.limb_count, |work, frame, goals| {
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let alpha = self.schedule.alpha_at(work.moment(frame));
             for (index, foot) in feet.iter().enumerate() {
                 let goal = &mut goals[foot.limb];
                 goal.rotation = (turn(index, 0, frame, alpha) * goal.rotation).normalize();

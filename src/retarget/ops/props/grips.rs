@@ -50,7 +50,7 @@ impl Stage for GripStage {
         let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [DVec3]| {
             self.source.fill(source, work.source, frame);
             self.target.fill(target, &work.target, frame);
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let alpha = self.schedule.alpha_at(work.moment(frame));
             let goals = &goals[frame * self.limb_count..(frame + 1) * self.limb_count];
             for (grip, place) in self.grips.iter().zip(row) {
                 *place = grip.goal(source, target, goals, alpha);

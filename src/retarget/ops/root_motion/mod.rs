@@ -167,10 +167,10 @@ impl RootStage {
 impl Stage for RootStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let ways = self.ways(work)?;
-        let first = ways.first().copied().unwrap_or_default();
+        let first = ways.get(work.clock.own().start).copied().unwrap_or_default();
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
             self.target.fill(pose, &work.target, frame);
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let alpha = self.schedule.alpha_at(work.moment(frame));
             let (root, kept) = match self.motion.root {
                 Some(_) => row.split_first_mut().map_or((None, &mut [][..]), |(root, kept)| (Some(root), kept)),
                 None => (None, row),

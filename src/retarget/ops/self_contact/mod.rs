@@ -227,7 +227,7 @@ impl Stage for SelfContactStage {
             }
         }
         work.change_goals(self.limb_count, |work, frame, goals| {
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let alpha = self.schedule.alpha_at(work.moment(frame));
             for (hand, moved) in self.hands.iter().zip(&moves[frame]) {
                 goals[hand.limb].position += *moved * alpha;
             }

@@ -147,7 +147,7 @@ impl Stage for StrideStage {
         work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
         let mut gone = DVec3::ZERO;
         for frame in 0..work.frame_count() {
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let alpha = self.schedule.alpha_at(work.moment(frame));
             let front = fronts[frame];
             let left = self.ground.up.cross(front);
             if frame > 0 && self.op.moves_pelvis {

@@ -72,7 +72,7 @@ impl PosedStage {
         };
         let fill = |scratch: &mut Scratch, frame: usize, row: &mut [Change]| {
             self.target.fill(&mut scratch.target, &work.target, frame);
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let alpha = self.schedule.alpha_at(work.moment(frame));
             for (before, &slot) in scratch.before.iter_mut().zip(&self.slots) {
                 *before = scratch.target.local[slot];
             }
