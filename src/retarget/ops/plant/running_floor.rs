@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::{Foot, PlantStage};
 
 /// By how much feet are moved for its sake, at most, for a leg of 1 m: legs that keep their shape count for more than feet that slide.
-pub(super) const CARRIED_METERS: f64 = 0.02;
+pub(super) const CARRIED_METERS: f64 = 0.04;
 
 /// The floor below one foot.
 #[derive(Clone, Copy, Debug)]
