@@ -154,7 +154,7 @@ impl Loops {
         let times = places.iter().map(time).collect();
         let clip = Clip::new(clip.name().to_owned(), times, joints)?.with_tempo(clip.tempo());
         let shown = places.into_iter().map(|(_, frame)| frame).collect();
-        Ok(Surrounded { clip, clock: Clock::new(around..around + count, shown) })
+        Ok(Surrounded { clip, clock: Clock::repeated(around..around + count, shown, repeats.frames) })
     }
 
     /// Takes the figure to where each pass begins.

@@ -9,17 +9,25 @@ pub(in crate::retarget) struct Clock {
     own: Range<usize>,
     /// Which frame of the clip each one shows; empty where all are the clip.
     shown: Vec<usize>,
+    /// After so many frames the clip begins again; nothing where it does not.
+    period: Option<usize>,
 }
 
 impl Clock {
     /// The clip as it is.
     pub(in crate::retarget) const fn of_clip(frames: usize) -> Self {
-        Self { own: 0..frames, shown: Vec::new() }
+        Self { own: 0..frames, shown: Vec::new(), period: None }
     }
 
-    /// `shown` has one entry per frame: which one of the clip it shows. Of `own` these are all in turn.
-    pub(in crate::retarget) const fn new(own: Range<usize>, shown: Vec<usize>) -> Self {
-        Self { own, shown }
+    /// A clip that begins again after `period` frames. `shown` has one entry per frame: which one of the clip it shows. Of `own` these are all in
+    /// turn.
+    pub(in crate::retarget) const fn repeated(own: Range<usize>, shown: Vec<usize>, period: usize) -> Self {
+        Self { own, shown, period: Some(period) }
+    }
+
+    /// After how many frames the clip begins again; nothing where it does not.
+    pub(in crate::retarget) const fn period(&self) -> Option<usize> {
+        self.period
     }
 
     /// The frames that are the clip.

@@ -143,13 +143,13 @@ impl PlantStage {
         Ok(self.feet.par_iter().enumerate().map(read).collect())
     }
 
-    fn corrections(&self, foot: &Foot, times: &[f64]) -> Vec<Correction> {
+    fn corrections(&self, foot: &Foot, times: &[f64], period: Option<usize>) -> Vec<Correction> {
         let mut corrections = vec![Correction::default(); times.len()];
         let touches: Vec<bool> = (0..times.len()).map(|frame| foot.touches(frame)).collect();
         let contacts = runs(&touches);
         let mut room = WeightsRoom::default();
         for &(first, last) in &contacts {
-            self.hold(foot, times, first, &mut room, &mut corrections[first..=last]);
+            self.hold(foot, times, (first, period), &mut room, &mut corrections[first..=last]);
         }
         let mut before: Option<usize> = None;
         for &(first, last) in &contacts {
@@ -171,8 +171,16 @@ impl PlantStage {
         wanted - foot.target_step(part, frame)
     }
 
-    /// Fills in what is to be added to the goals of one contact, which begins at `first`.
-    fn hold(&self, foot: &Foot, times: &[f64], first: usize, room: &mut WeightsRoom, contact: &mut [Correction]) {
+    /// Fills in what is to be added to the goals of one contact, which begins at `first`. One that lasts longer than the period of a clip that
+    /// is repeated never ends.
+    fn hold(
+        &self,
+        foot: &Foot,
+        times: &[f64],
+        (first, period): (usize, Option<usize>),
+        room: &mut WeightsRoom,
+        contact: &mut [Correction],
+    ) {
         let weights = foot.weights(times, first, first + contact.len() - 1, room);
         let mut offset = DVec3::ZERO;
         for (index, correction) in contact.iter_mut().enumerate() {
@@ -181,6 +189,9 @@ impl PlantStage {
             for (part, weight) in ((weights[index] + *after) / 2.0).to_array().into_iter().enumerate() {
                 offset += self.missing_step(foot, part, first + index) * weight;
             }
+        }
+        if let Some(period) = period.filter(|period| *period < contact.len()) {
+            foot.come_back(first, period, contact);
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
         let skipped = (contact.len() as f64 * ENDS).floor() as usize;
@@ -216,7 +227,8 @@ impl Stage for PlantStage {
                 foot.iter_mut().for_each(|foot| foot.running_floor = Some(floor));
             }
         }
-        let correct = |foot: &Option<Foot>| foot.as_ref().map(|foot| self.corrections(foot, work.performed));
+        let period = work.clock.period();
+        let correct = |foot: &Option<Foot>| foot.as_ref().map(|foot| self.corrections(foot, work.performed, period));
         let corrections: Vec<Option<Vec<Correction>>> = feet.par_iter().map(correct).collect();
         work.change_goals(self.limb_count, |work, frame, goals| {
             let alpha = self.schedule.alpha_at(work.moment(frame));
@@ -287,6 +299,29 @@ impl Foot {
         let used = std::mem::take(&mut room.smooth);
         room.smooth = smoothed_in(used, &room.raw, &times[first..=last], ROLL_SECONDS);
         &room.smooth
+    }
+
+    /// Takes from the corrections of a contact that never ends what they add up to in a period: a foot that turns about its heel and back about
+    /// its ball would get farther at every pass. It is taken away while the source's foot moves, where it is seen least.
+    fn come_back(&self, first: usize, period: usize, contact: &mut [Correction]) {
+        let pairs = contact.len() - period;
+        let gone: DVec3 = (0..pairs).map(|frame| contact[frame + period].offset - contact[frame].offset).sum();
+        let per_period = gone / pairs as f64;
+        let step = |frame: usize| {
+            let steps = self.tracks.iter().flatten().map(|track| track.positions[frame + 1] - track.positions[frame]);
+            steps.map(DVec3::length).sum::<f64>()
+        };
+        let way: f64 = (first..first + period).map(step).sum();
+        if way <= 0.0 {
+            return;
+        }
+        let mut share = 0.0;
+        for (frame, correction) in (first..).zip(contact) {
+            correction.offset -= per_period * share;
+            if frame + 1 < self.targets.len() {
+                share += step(frame) / way;
+            }
+        }
     }
 
     /// What the source's point moves from a frame to the next, scaled. A target without that point follows the source's end with its own.

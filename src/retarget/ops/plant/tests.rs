@@ -37,7 +37,7 @@ fn foot(scale: f64, tracks: [Option<PointTrack>; 3], targets: Vec<[DVec3; 3]>) -
 
 /// Positions of a point of the target after the corrections.
 fn planted(stage: &PlantStage, foot: &Foot, part: usize) -> (Vec<DVec3>, Vec<Correction>) {
-    let corrections = stage.corrections(foot, &times());
+    let corrections = stage.corrections(foot, &times(), None);
     let place = |(target, correction): (&[DVec3; 3], &Correction)| target[part] + correction.offset;
     (foot.targets.iter().zip(&corrections).map(place).collect(), corrections)
 }
@@ -84,6 +84,27 @@ fn the_ball_is_held_while_the_heel_lifts() {
     assert!(slid < 1e-12, "the ball stands: {slid}");
     let along: f64 = places[5..30].windows(2).map(|pair| pair[0].distance(pair[1])).sum();
     assert!(along < 0.005, "also while the weight goes over: {along}");
+}
+
+#[test]
+fn a_foot_that_always_stands_gets_nowhere_in_a_clip_that_is_repeated() {
+    // The source's foot shifts to and fro within ten frames and rests for half of them; the target's goals add up to 2 cm a period.
+    let sway =
+        |frame: usize| if frame % 10 < 5 { 0.01 * (frame as f64 * std::f64::consts::TAU / 5.0).sin() } else { 0.0 };
+    let source: Vec<DVec3> = (0..FRAMES).map(|frame| DVec3::Z * sway(frame)).collect();
+    let targets = (0..FRAMES).map(|frame| [DVec3::X * 0.002 * frame as f64; 3]).collect();
+    let foot = foot(1.0, [track(source, 0..FRAMES), None, None], targets);
+    let offsets = |period: Option<usize>| -> Vec<DVec3> {
+        let corrections = stage(PlantMode::Auto).corrections(&foot, &times(), period);
+        corrections.into_iter().map(|correction| correction.offset).collect()
+    };
+    let apart =
+        |offsets: &[DVec3]| (0..30).map(|frame| offsets[frame].distance(offsets[frame + 10])).fold(0.0, f64::max);
+    let (repeated, once) = (offsets(Some(10)), offsets(None));
+    assert!((apart(&once) - 0.02).abs() < 1e-9, "without a period it goes on: {}", apart(&once));
+    assert!(apart(&repeated) < 1e-9, "with one it comes back: {}", apart(&repeated));
+    let resting = repeated[16].distance(repeated[17]);
+    assert!((resting - 0.002).abs() < 1e-9, "it is held where the source's rests: {resting}");
 }
 
 #[test]
