@@ -107,6 +107,9 @@ impl Control {
     #[must_use]
     pub fn progress(&self) -> Progress {
         let phase = Phase::ALL[usize::from(self.phase.load(Ordering::Relaxed)).min(Phase::ALL.len() - 1)];
-        Progress { phase, done: self.done.load(Ordering::Relaxed), total: self.total.load(Ordering::Relaxed) }
+        let total = self.total.load(Ordering::Relaxed);
+        // Frames that are worked on beside those that were asked for, as around a clip that is repeated, are counted too.
+        let done = self.done.load(Ordering::Relaxed);
+        Progress { phase, done: if total > 0 { done.min(total) } else { done }, total }
     }
 }

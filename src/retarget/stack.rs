@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::{
     Plan,
-    looped::Loops,
+    looped::{Loops, Surrounded},
     mapping::{LimbPair, Mapping},
     ops::{resolved::ResolvedOps, scale_source::ScaledSource},
     run::{RunError, run},
@@ -74,12 +74,19 @@ impl Stack {
     pub fn run(&self, clip: &Clip, control: &Control) -> Result<StackResult, RunError> {
         let scaled = self.source.as_ref().map(|source| source.apply(clip, control)).transpose()?;
         let clip = scaled.as_ref().unwrap_or(clip);
-        let surrounded =
-            self.loops.as_ref().and_then(|loops| Some(loops.around(clip, &loops.find(clip)?))).transpose()?;
-        let (clip, clock) = match &surrounded {
-            Some(surrounded) => (&surrounded.clip, surrounded.clock.clone()),
-            None => (clip, Clock::of_clip(clip.frame_count())),
-        };
+        let loops = self.loops.as_ref().and_then(|loops| Some((loops, loops.find(clip)?)));
+        if let Some(Surrounded { clip, clock }) = loops.and_then(|(loops, found)| loops.around(clip, &found).ok()) {
+            match self.run_on(&clip, clock, control) {
+                // A figure that gets out of reach in further passes does not do so in its own.
+                Err(RunError::OutOfRange(_)) => {}
+                done => return done,
+            }
+        }
+        self.run_on(clip, Clock::of_clip(clip.frame_count()), control)
+    }
+
+    /// Retargets the frames of a clip that a clock says.
+    fn run_on(&self, clip: &Clip, clock: Clock, control: &Control) -> Result<StackResult, RunError> {
         let result = run(&self.plan, clip, control)?;
         if self.stages.is_empty() {
             let (contacts, reaches, limited) = (Vec::new(), Vec::new(), Vec::new());
@@ -110,7 +117,7 @@ impl Stack {
         let (own, target, limited) = (work.clock.own(), work.target, work.limited);
         let touching = self.touching(&contacts);
         let clip = Clip::new(name, times, target)?;
-        let clip = if surrounded.is_some() { clip.section(own) } else { clip };
+        let clip = if own.len() < clip.frame_count() { clip.section(own) } else { clip };
         let clip = clip.with_contacts(touching)?;
         Ok(StackResult { clip, contacts, reaches, limited })
     }
