@@ -68,6 +68,19 @@ impl<T: Copy> Track<T> {
         }
     }
 
+    /// The track of these frames, in their order.
+    ///
+    /// # Panics
+    /// When a frame is past the end of a sampled track.
+    #[must_use]
+    pub fn of_frames(&self, frames: &[usize]) -> Self {
+        match self {
+            Self::Rest => Self::Rest,
+            Self::Constant(value) => Self::Constant(*value),
+            Self::Sampled(values) => Self::Sampled(frames.iter().map(|frame| values[*frame]).collect()),
+        }
+    }
+
     /// Makes a constant track into a sampled one.
     #[must_use]
     pub fn sampled(self, frames: usize) -> Self {

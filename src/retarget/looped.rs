@@ -147,35 +147,35 @@ impl Loops {
         let time = |(pass, frame): &(i64, usize)| {
             start + *pass as f64 * repeats.seconds + (clip.times_seconds()[*frame] - start)
         };
-        let mut joints: Vec<JointTracks> = clip.joints().iter().map(|tracks| gathered(tracks, &places)).collect();
-        if repeats.travel != Travel::NONE {
-            self.carry(&mut joints, repeats.travel, &places);
-        }
         let times = places.iter().map(time).collect();
+        let shown: Vec<usize> = places.iter().map(|(_, frame)| *frame).collect();
+        let joint = |tracks: &JointTracks| JointTracks {
+            translation: tracks.translation.of_frames(&shown),
+            rotation: tracks.rotation.of_frames(&shown),
+            scale: tracks.scale.of_frames(&shown),
+        };
+        let mut joints: Vec<JointTracks> = clip.joints().iter().map(joint).collect();
+        if repeats.travel != Travel::NONE {
+            let travels: Vec<Travel> = places.iter().map(|(pass, _)| repeats.travel.times(*pass)).collect();
+            self.carry(&mut joints, &travels);
+        }
         let clip = Clip::new(clip.name().to_owned(), times, joints)?.with_tempo(clip.tempo());
-        let shown = places.into_iter().map(|(_, frame)| frame).collect();
         Ok(Surrounded { clip, clock: Clock::repeated(around..around + count, shown, repeats.frames) })
     }
 
-    /// Takes the figure to where each pass begins.
-    fn carry(&self, joints: &mut [JointTracks], travel: Travel, places: &[(i64, usize)]) {
-        let (Some((lowest, _)), Some((highest, _))) = (places.first(), places.last()) else { return };
-        let passes: Vec<Travel> = (*lowest..=*highest).map(|pass| travel.times(pass)).collect();
-        let of_frame =
-            |frame: usize| places.get(frame).and_then(|(pass, _)| passes.get(usize::try_from(pass - lowest).ok()?));
+    /// Takes the figure to where each frame is played.
+    fn carry(&self, joints: &mut [JointTracks], travels: &[Travel]) {
         for (joint, rest) in &self.roots {
-            let JointTracks { translation, rotation, .. } = &joints[*joint];
-            let place = |frame: usize| {
-                let own = translation.wide_at(frame, rest.translation);
-                of_frame(frame).map_or(own, |travel| travel.place(own)).as_vec3()
+            let JointTracks { translation, rotation, .. } = &mut joints[*joint];
+            let place = |(frame, travel): (usize, &Travel)| {
+                travel.place(translation.wide_at(frame, rest.translation)).as_vec3()
             };
-            let turned = |frame: usize| {
-                let own = rotation.wide_at(frame, rest.rotation);
-                of_frame(frame).map_or(own, |travel| travel.turn * own).as_quat()
-            };
-            let translation: Track<Vec3> = Track::Sampled((0..places.len()).map(place).collect());
-            let rotation: Track<Quat> = Track::Sampled((0..places.len()).map(turned).collect());
-            joints[*joint] = JointTracks { translation, rotation, scale: joints[*joint].scale.clone() };
+            let places: Vec<Vec3> = travels.iter().enumerate().map(place).collect();
+            let turned =
+                |(frame, travel): (usize, &Travel)| (travel.turn * rotation.wide_at(frame, rest.rotation)).as_quat();
+            let rotations: Vec<Quat> = travels.iter().enumerate().map(turned).collect();
+            *translation = Track::Sampled(places);
+            *rotation = Track::Sampled(rotations);
         }
     }
 }
@@ -233,21 +233,5 @@ impl Step {
             rotation: (self.turn * start.rotation).normalize(),
             ..*start
         }
-    }
-}
-
-/// The values of these frames.
-fn gathered(tracks: &JointTracks, places: &[(i64, usize)]) -> JointTracks {
-    fn gather<T: Copy>(track: &Track<T>, places: &[(i64, usize)]) -> Track<T> {
-        match track {
-            Track::Sampled(values) => Track::Sampled(places.iter().map(|(_, frame)| values[*frame]).collect()),
-            Track::Rest => Track::Rest,
-            Track::Constant(value) => Track::Constant(*value),
-        }
-    }
-    JointTracks {
-        translation: gather(&tracks.translation, places),
-        rotation: gather(&tracks.rotation, places),
-        scale: gather(&tracks.scale, places),
     }
 }
