@@ -14,6 +14,7 @@ mod measure;
 pub(in crate::retarget) mod ops;
 mod places;
 mod plan;
+mod raised_ground;
 pub(in crate::retarget) mod resolve;
 mod run;
 pub(in crate::retarget) mod spec;

@@ -22,6 +22,7 @@ mod pairs;
 mod properties;
 mod self_contact;
 mod shoulders;
+mod slopes;
 mod soles;
 mod spines;
 mod stretched;

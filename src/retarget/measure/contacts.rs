@@ -10,6 +10,8 @@ use super::statistics::percentile;
 /// Height above the floor, in leg lengths: below the first a contact begins, above the second it ends.
 pub(super) const HEIGHT_ON: f64 = 0.025;
 const HEIGHT_OFF: f64 = 0.05;
+/// Points of a foot on ground above the floor are so far above or below its lowest one at most, in leg lengths: on slopes feet are tilted.
+const SLOPING: f64 = 0.08;
 /// Speed in leg lengths per second, likewise.
 const SPEED_ON: f64 = 0.15;
 const SPEED_OFF: f64 = 0.3;
@@ -52,21 +54,34 @@ impl Standing {
 pub(super) fn find_standing(positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Standing {
     let speeds = speeds(positions, times_seconds, leg);
     let level = floor_level(positions, &speeds, leg);
-    standing_at(level, positions, &speeds, leg)
+    standing_at(level, &[], positions, &speeds, leg)
 }
 
 /// The same over a floor that is known to be so high.
 pub(super) fn find_standing_at(level: f64, positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Standing {
-    standing_at(level, positions, &speeds(positions, times_seconds, leg), leg)
+    standing_at(level, &[], positions, &speeds(positions, times_seconds, leg), leg)
 }
 
-fn standing_at(level: f64, positions: &[DVec3], speeds: &[f64], leg: f64) -> Standing {
+/// The same where the foot stands on ground above that floor, too: how high that is, frame by frame; not a number where the foot is on the floor or
+/// in the air.
+pub(super) fn find_standing_on(
+    level: f64,
+    ground: &[f64],
+    positions: &[DVec3],
+    times_seconds: &[f64],
+    leg: f64,
+) -> Standing {
+    standing_at(level, ground, positions, &speeds(positions, times_seconds, leg), leg)
+}
+
+fn standing_at(level: f64, ground: &[f64], positions: &[DVec3], speeds: &[f64], leg: f64) -> Standing {
     let mut stands = Vec::with_capacity(positions.len());
     let mut on = false;
-    for (position, speed) in positions.iter().zip(speeds) {
+    for (frame, (position, speed)) in positions.iter().zip(speeds).enumerate() {
         let height = (position.y - level) / leg;
         let (most_height, most_speed) = if on { (HEIGHT_OFF, SPEED_OFF) } else { (HEIGHT_ON, SPEED_ON) };
-        on = height < most_height && *speed < most_speed;
+        let is_on_ground = ground.get(frame).is_some_and(|ground| (position.y - ground).abs() < SLOPING * leg);
+        on = (height < most_height || is_on_ground) && *speed < most_speed;
         stands.push(on);
     }
     close_gaps(&mut stands);
@@ -88,7 +103,7 @@ pub(super) fn intervals(stands: &[bool]) -> Vec<(usize, usize)> {
 }
 
 /// Speeds in leg lengths per second.
-fn speeds(positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Vec<f64> {
+pub(super) fn speeds(positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Vec<f64> {
     let last = positions.len().saturating_sub(1);
     let duration = times_seconds.last().zip(times_seconds.first()).map_or(0.0, |(last, first)| last - first);
     let step = duration / last.max(1) as f64;

@@ -14,10 +14,12 @@ use serde::{Deserialize, Serialize};
 use super::{
     agreement::disagreement,
     body::Size,
-    contacts::{HEIGHT_ON, Standing, find_standing, find_standing_at, intervals},
+    contacts::{HEIGHT_ON, Standing, find_standing, find_standing_at, find_standing_on, intervals},
+    depths::{own_depths, standing_of},
     foot_points::{FootPoint, Traced, tip},
     metric::{Finding, Reading, Series, rounded},
     motion::{Both, Compared, Performer, Wanted},
+    raised_ground::{find_grounds, under_source},
     running_floor::{over_floor, running_floors, under_standing_feet},
     skin::{FootSkin, Half, PartTrack, WantedPart},
     slide::travel,
@@ -209,6 +211,11 @@ impl Feet {
                 standing.target.never();
             }
         }
+        let is_level = floors.source == DVec3::ZERO && !is_airborne.source;
+        let raised = is_level.then(|| under_source(&self.points, &standing, compared, self.legs.source)).flatten();
+        if let Some(raised) = &raised {
+            self.stand_on(raised, &mut standing, &positions, compared);
+        }
         let skins = Both {
             source: self.skin(&performers.source, false, frames, &standing),
             target: self.skin(&performers.target, true, frames, &standing),
@@ -217,6 +224,9 @@ impl Feet {
         let mut traced: Vec<Traced<'_>> = traced
             .map(|(index, (positions, standing))| self.trace(index, positions, standing, &skins, compared))
             .collect();
+        if raised.is_some() {
+            find_grounds(&mut traced, &self.legs, &compared.performed_seconds);
+        }
         let floors = under_standing_feet(&traced, &floors);
         traced.iter_mut().for_each(|traced| traced.floors = floors);
         let bearing: Vec<&Traced<'_>> = traced.iter().filter(|traced| traced.point.bears).collect();
@@ -286,6 +296,32 @@ impl Feet {
         }
     }
 
+    /// Where feet stand on ground above the floor, too, foot by foot and frame by frame.
+    fn stand_on(
+        &self,
+        raised: &[(String, Vec<f64>)],
+        standing: &mut [Both<Standing>],
+        positions: &[Both<Vec<DVec3>>],
+        compared: &Compared,
+    ) {
+        let times = &compared.performed_seconds;
+        let lowest = |pick: fn(&Both<Standing>) -> &Standing, standing: &[Both<Standing>]| {
+            let bearing = self.points.iter().zip(standing).filter(|(point, _)| point.bears);
+            bearing.map(|(_, standing)| pick(standing).level).fold(f64::INFINITY, f64::min)
+        };
+        let floors = [lowest(|both| &both.source, standing), lowest(|both| &both.target, standing)];
+        for ((point, standing), positions) in self.points.iter().zip(standing).zip(positions) {
+            let Some((_, ground)) = raised.iter().find(|(part, _)| point.bears && *part == point.part) else {
+                continue;
+            };
+            let scale = self.legs.target / self.legs.source;
+            let of_target: Vec<f64> = ground.iter().map(|height| floors[1] + (height - floors[0]) * scale).collect();
+            let Both { source, target } = standing;
+            *source = find_standing_on(source.level, ground, &positions.source, times, self.legs.source);
+            *target = find_standing_on(target.level, &of_target, &positions.target, times, self.legs.target);
+        }
+    }
+
     /// When a point stands on each side, over floors that run so fast.
     fn standing(
         &self,
@@ -332,6 +368,7 @@ impl Feet {
             standing,
             levels,
             skin,
+            ground: None,
             floors: Both::default(),
             performed_seconds: &compared.performed_seconds,
         }
@@ -507,31 +544,6 @@ fn usual_low(feet: &[Vec<f64>]) -> f64 {
     percentile(&mut lows, 0.05)
 }
 
-/// When each foot of the source stands, in the order in which the heights of feet are told.
-fn standing_of(traced: &[Traced<'_>]) -> Vec<Vec<bool>> {
-    let mut feet: Vec<(&str, Vec<bool>)> = Vec::new();
-    for traced in traced.iter().filter(|traced| traced.point.bears) {
-        let stands = &traced.standing.source.stands;
-        match feet.iter_mut().find(|(part, _)| *part == traced.point.part) {
-            Some((_, foot)) => foot.iter_mut().zip(stands).for_each(|(foot, stands)| *foot |= stands),
-            None => feet.push((&traced.point.part, stands.clone())),
-        }
-    }
-    feet.into_iter().map(|(_, stands)| stands).collect()
-}
-
-/// How deep feet go by themselves. A clip whose feet stand below its floor is no excuse: what counts is how far a foot goes below where they
-/// usually stand.
-fn own_depths(feet: &[Vec<f64>], standing: &[Vec<bool>]) -> Vec<f64> {
-    let of_foot = |(heights, stands): (&Vec<f64>, &Vec<bool>)| {
-        let standing = heights.iter().zip(stands).filter(|(_, stands)| **stands).map(|(height, _)| *height);
-        standing.collect::<Vec<f64>>()
-    };
-    let mut stood: Vec<f64> = feet.iter().zip(standing).flat_map(of_foot).collect();
-    let floor = if stood.is_empty() { 0.0 } else { percentile(&mut stood, 0.5).min(0.0) };
-    feet.iter().flatten().map(|height| (floor - height).max(0.0)).collect()
-}
-
 fn slide_finding(contacts: &[ContactMeasure], bearing: &[&Traced<'_>]) -> Finding {
     if contacts.is_empty() {
         return Err(NO_CONTACT);
@@ -567,28 +579,4 @@ fn flat(bearing: &[&Traced<'_>]) -> BTreeMap<String, Vec<bool>> {
         flat.iter_mut().zip(stands).for_each(|(flat, stands)| *flat &= stands);
     }
     feet
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_foot_that_dips_is_as_deep_as_it_goes_below_where_feet_stand() {
-        // One foot stands at a level; the other one swings through 8 cm below it, in a short clip for a sixth of the time.
-        let clip = |level: f64| {
-            let swing = |frame: usize| if (20..27).contains(&frame) { -8.0 } else { 4.0 };
-            let feet = vec![vec![level; 42], (0..42).map(|frame| level + swing(frame)).collect()];
-            (feet, vec![vec![true; 42], vec![false; 42]])
-        };
-        let deepest = |(feet, standing): &(Vec<Vec<f64>>, Vec<Vec<bool>>)| {
-            own_depths(feet, standing).into_iter().fold(0.0, f64::max)
-        };
-        for level in [0.0, -3.0] {
-            assert!((deepest(&clip(level)) - 8.0).abs() < 1e-12, "feet stand at {level}: {}", deepest(&clip(level)));
-        }
-        assert!((deepest(&clip(2.0)) - 6.0).abs() < 1e-12, "a clip above its floor excuses what is in the floor");
-        let in_the_air = (vec![vec![-20.0; 42]; 2], vec![vec![false; 42]; 2]);
-        assert!((deepest(&in_the_air) - 20.0).abs() < 1e-12, "whose feet never stand is deep as it is");
-    }
 }

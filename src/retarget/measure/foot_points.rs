@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, swizzles::Vec3Swizzles};
 
 use super::{
-    body::Size,
+    body::{Size, first_joint},
     contacts::Standing,
     motion::{Anchor, Both, Compared, Wanted},
     skin::PartTrack,
@@ -23,6 +23,8 @@ pub(super) struct FootPoint {
     pub(super) slot: usize,
     /// The joint itself, where the slot is of the sole below it.
     pub(super) joint_slot: usize,
+    /// The hip above it, of a figure on two legs.
+    pub(super) hip_slot: Option<usize>,
     /// Whether it is one that stands; a toe tip only goes through the floor.
     pub(super) bears: bool,
 }
@@ -37,6 +39,8 @@ pub(super) struct Traced<'a> {
     pub(super) levels: Both<f64>,
     /// What the mesh says of it.
     pub(super) skin: Both<Option<&'a PartTrack>>,
+    /// How high the ground under the foot is above the floor, meters, frame by frame; nothing where feet stand on the floor only.
+    pub(super) ground: Option<Both<Vec<f64>>>,
     /// How fast the floor runs below each side, meters a second.
     pub(super) floors: Both<DVec3>,
     /// Of the frames, on the clock of the performance.
@@ -44,13 +48,15 @@ pub(super) struct Traced<'a> {
 }
 
 impl Traced<'_> {
-    /// Height over the floor, meters, of the lowest vertex or of the point; infinite where others speak for it.
+    /// Height over the floor, or the ground above it, meters, of the lowest vertex or of the point; infinite where others speak for it.
     pub(super) fn height(&self, is_target: bool, frame: usize) -> f64 {
         let (skin, positions, level) = if is_target {
             (self.skin.target, &self.positions.target, self.levels.target)
         } else {
             (self.skin.source, &self.positions.source, self.levels.source)
         };
+        let ground = self.ground.as_ref().map(|ground| if is_target { &ground.target } else { &ground.source });
+        let level = level + ground.map_or(0.0, |ground| ground[frame]);
         match skin {
             Some(track) => track.heights.get(frame).map_or(f64::INFINITY, |height| f64::from(*height) - level),
             None => positions[frame].y - level,
@@ -85,6 +91,7 @@ impl FootPoint {
         sizes: &Both<Size>,
         wanted: &mut Wanted,
     ) -> Self {
+        let hips = part.strip_suffix("_foot").and_then(|side| first_joint(rigs, &format!("{side}_thigh")));
         let anchor = Both {
             source: sole(rigs.source, joints.source, &sizes.source),
             target: sole(rigs.target, joints.target, &sizes.target),
@@ -96,6 +103,7 @@ impl FootPoint {
             joints,
             slot: wanted.point(anchor),
             joint_slot: wanted.joint(joints),
+            hip_slot: hips.map(|hips| wanted.joint(hips)),
             bears: name != "tip",
         }
     }

@@ -26,6 +26,8 @@ const STANDS: &str = "the source's body neither sits nor lies on the floor in th
 pub(super) struct Trunk {
     /// Slot of the pelvis.
     pelvis: usize,
+    /// Slots of the ankles.
+    ankles: Vec<usize>,
     joints: Both<usize>,
     legs: Both<f64>,
 }
@@ -53,7 +55,9 @@ impl Trunk {
     pub(super) fn find(rigs: &Both<&Rig<'_>>, sizes: &Both<Size>, wanted: &mut Wanted) -> Option<Self> {
         let pelvis = first_joint(rigs, "pelvis")?;
         let legs = Both { source: sizes.source.leg?, target: sizes.target.leg? };
-        Some(Self { pelvis: wanted.joint(pelvis), joints: pelvis, legs })
+        let ankles = ["left_foot", "right_foot"].iter().filter_map(|foot| first_joint(rigs, foot));
+        let ankles = ankles.map(|ankle| wanted.joint(ankle)).collect();
+        Some(Self { pelvis: wanted.joint(pelvis), ankles, joints: pelvis, legs })
     }
 
     /// `compared` has every frame.
@@ -61,8 +65,15 @@ impl Trunk {
         let rig = performers.source.rig;
         let (rest_floor, floor) = floors(rig, performers.source.clip)?;
         let upright = (rig.rest_height(self.joints.source) - rest_floor) * rig.unit_meters;
+        // Who walks down from the floor does not lie on it: what ankles are below it, it is lower.
+        let sunk = |motion: &Motion, frame: usize, floor_meters: f64| {
+            let lowest = self.ankles.iter().map(|ankle| motion.position(frame, *ankle).y).fold(f64::INFINITY, f64::min);
+            (lowest - floor_meters).min(0.0)
+        };
+        let source_floor_meters = floor * rig.unit_meters;
         let is_low = |frame: &usize| {
-            let height = compared.source.position(*frame, self.pelvis).y - floor * rig.unit_meters;
+            let sunk = sunk(&compared.source, *frame, source_floor_meters);
+            let height = compared.source.position(*frame, self.pelvis).y - source_floor_meters - sunk;
             height < UPRIGHT_SHARE * upright
         };
         let low: Vec<usize> = (0..compared.len()).filter(is_low).collect();
@@ -75,14 +86,18 @@ impl Trunk {
         let standing = source.standing_height(rig, rest_floor);
         let most = (RESTS_LEGS * self.legs.source).min(RESTS_SHARE * standing).max(0.0);
         let of_source = source.heights(&performers.source, &low, compared);
-        let down: Vec<(usize, f64)> = low.into_iter().zip(of_source).filter(|(_, height)| *height <= most).collect();
+        let over = |(frame, height): (usize, f64)| (frame, height - sunk(&compared.source, frame, source_floor_meters));
+        let down = low.into_iter().zip(of_source).map(over).filter(|(_, height)| *height <= most);
+        let down: Vec<(usize, f64)> = down.collect();
         if down.is_empty() {
             return None;
         }
         let frames: Vec<usize> = down.iter().map(|(frame, _)| *frame).collect();
         let of_target = target.heights(&performers.target, &frames, compared);
+        let target_floor_meters = target.floor_meters;
         let mut floats = vec![f64::NAN; compared.len()];
         for ((frame, source), target) in down.iter().zip(of_target) {
+            let target = target - sunk(&compared.target, *frame, target_floor_meters);
             let (source, target) = (source / self.legs.source, target / self.legs.target);
             // As high as the source's, or as deep, is as good as on the floor.
             floats[*frame] = (target - source.max(0.0)).max(source.min(0.0) - target).max(0.0) * CENTIMETERS;

@@ -9,6 +9,8 @@ pub(in crate::retarget) struct ContactPoints {
     pub(in crate::retarget) is_touching: bool,
     /// Whether the figure walks on the spot, over a floor that runs.
     pub(in crate::retarget) does_floor_run: bool,
+    /// Where feet stand above the floor, too, as on stairs: how high they stand over the source's floor where they stand on it, in its units.
+    pub(in crate::retarget) level_below_raised_ground: Option<f64>,
 }
 
 /// Which point of a foot or a hand.

@@ -13,6 +13,7 @@ pub(in crate::retarget) mod spec;
 pub use self::spec::{ContactFloor, ContactFloorRule, ContactsOp};
 
 use crate::retarget::mapping::{Ground, LimbPair};
+use crate::retarget::raised_ground::{FootHeights, own_floors, raised_ground};
 use crate::retarget::stages::stage::Stage;
 use crate::retarget::treadmill::{FootWay, floor_velocity};
 use crate::retarget::{
@@ -44,7 +45,7 @@ use crate::retarget::stages::{
     clock::Moment,
     contact_points::{ContactPoint, ContactPoints, Part},
     posing::Posing,
-    temporal::{forward_speeds, runs, smoothed, speeds},
+    temporal::{forward_speeds, median, runs, smoothed, speeds},
     work::Work,
 };
 
@@ -56,6 +57,8 @@ const LEVEL_REACH_METERS: f64 = 0.1;
 const LEVEL_AGREEMENT_METERS: f64 = 0.05;
 /// A heel whose level is more than this above the lowest one of its foot is raised for the whole clip, as in a dance on the toes.
 const RAISED_HEEL_METERS: f64 = 0.08;
+/// Points of a foot that stands above the floor are so far above or below its lowest one at most: on slopes feet are tilted.
+const SLOPING_METERS: f64 = 0.08;
 /// A figure whose feet never come nearer to the floor than this, at a leg of 1 m, is in the air, however slow they are.
 const AIRBORNE_METERS: f64 = 0.1;
 
@@ -64,11 +67,23 @@ const AIRBORNE_METERS: f64 = 0.1;
 pub(in crate::retarget) struct ContactStage {
     op: ContactsOp,
     points: Vec<Point>,
+    /// The two feet of a figure that has two, for ground above the floor.
+    walkers: Option<[Walker; 2]>,
     posing: Posing,
     ground: Ground,
     /// Plan units of a meter at a leg of 1 m: thresholds are multiplied by this.
     scale: f64,
     frames: [usize; 2],
+}
+
+/// A foot on which a figure walks.
+#[derive(Clone, Copy, Debug)]
+struct Walker {
+    limb: usize,
+    /// Index of the point by which it stands: its ball, else its heel.
+    point: usize,
+    /// Slot of its hip.
+    hip: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -101,10 +116,20 @@ impl ContactStage {
                 }
             }
         }
-        let joints: Vec<usize> = points.iter().map(|(_, joint)| *joint).collect();
+        let feet = [Limb::LeftLeg, Limb::RightLeg].map(|leg| limbs.iter().position(|pair| pair.limb == leg));
+        let hips = feet.into_iter().flatten().map(|limb| limbs[limb].source.start);
+        let joints: Vec<usize> = points.iter().map(|(_, joint)| *joint).chain(hips).collect();
         let posing = posing(&joints);
-        let points = points.into_iter().map(|(point, joint)| Point { slot: posing.slot(joint), ..point }).collect();
-        Self { op: op.clone(), points, posing, ground, scale: leg, frames }
+        let points: Vec<Point> =
+            points.into_iter().map(|(point, joint)| Point { slot: posing.slot(joint), ..point }).collect();
+        let walker = |limb: Option<usize>| {
+            let limb = limb?;
+            let part = |part: Part| points.iter().position(|point| point.limb == limb && point.part == part);
+            let point = part(Part::Ball).or_else(|| part(Part::End))?;
+            Some(Walker { limb, point, hip: posing.slot(limbs[limb].source.start) })
+        };
+        let walkers = walker(feet[0]).zip(walker(feet[1])).map(|(left, right)| [left, right]);
+        Self { op: op.clone(), points, walkers, posing, ground, scale: leg, frames }
     }
 
     /// The velocity of the floor; zero where it stands. The clip alone decides, as it does for the measures.
@@ -163,6 +188,59 @@ impl ContactStage {
             && lowest - self.ground.source_floor > AIRBORNE_METERS * self.scale
     }
 
+    /// The floors below the two feet of a figure, by the levels at which points rest.
+    fn floors(&self, levels: &[f64]) -> [f64; 2] {
+        let level = |limb: usize| {
+            let of_foot = |index: &usize| {
+                let point = &self.points[*index];
+                point.limb == limb && !self.is_sunk(point, levels[*index], levels)
+            };
+            (0..levels.len()).filter(of_foot).map(|index| levels[index]).fold(f64::INFINITY, f64::min)
+        };
+        self.walkers
+            .as_ref()
+            .map_or([0.0; 2], |walkers| own_floors(walkers.each_ref().map(|walker| level(walker.limb)), self.scale))
+    }
+
+    /// The ground above the floor that the feet of a figure stand on: limb by limb, frame by frame.
+    fn raised(
+        &self,
+        tracks: &[Tracked],
+        floors: [f64; 2],
+        hips: [impl Iterator<Item = DVec3>; 2],
+        work: &Work<'_>,
+    ) -> Vec<(usize, Vec<f64>)> {
+        let is_adaptive = self.op.detect && self.op.floor == ContactFloor::Rule(ContactFloorRule::Adaptive);
+        let Some(walkers) = self.walkers.as_ref().filter(|_| is_adaptive) else { return Vec::new() };
+        // A foot that stands on its heel alone is on the floor.
+        let above_floor = [0, 1].map(|foot| {
+            let (walker, floor) = (&walkers[foot], floors[foot]);
+            let of_foot = self.points.iter().zip(tracks).filter(|(point, _)| point.limb == walker.limb);
+            let mut above = vec![f64::INFINITY; work.frame_count()];
+            for (_, track) in of_foot {
+                let heights = above.iter_mut().zip(&track.heights);
+                heights.for_each(|(above, height)| *above = above.min(height - floor));
+            }
+            above
+        });
+        let mut walker = walkers.iter();
+        let hips = hips.map(|hips| {
+            let heights = walker.next().map_or(&[][..], |walker| &tracks[walker.point].heights);
+            hips.zip(heights).map(|(hip, foot)| hip.dot(self.ground.up) - foot).collect::<Vec<f64>>()
+        });
+        let feet = [0, 1].map(|foot| FootHeights {
+            above_floor: &above_floor[foot],
+            speeds: &tracks[walkers[foot].point].speeds,
+            hip: &hips[foot],
+        });
+        let grounds = raised_ground(&feet, work.performed, self.scale).into_iter().flatten();
+        let of_foot = |((walker, floor), above): ((&Walker, f64), Vec<f64>)| {
+            let heights = above.into_iter().map(|above| if above > 0.0 { floor + above } else { f64::NAN });
+            (walker.limb, heights.collect())
+        };
+        walkers.iter().zip(floors).zip(grounds).map(of_foot).collect()
+    }
+
     /// Whether it is a tip that rests where no floor is: below where a foot stands on heel and ball.
     fn is_sunk(&self, point: &Point, level: f64, levels: &[f64]) -> bool {
         let most = LEVEL_AGREEMENT_METERS * self.scale;
@@ -177,14 +255,36 @@ impl ContactStage {
     }
 
     /// Whether it is the heel of a foot that stands on its toes alone.
-    fn is_raised(&self, point: &Point, level: f64, levels: &[f64]) -> bool {
+    fn is_raised(&self, index: usize, levels: &[f64]) -> bool {
+        let point = &self.points[index];
         let of_foot = self.points.iter().zip(levels).filter(|(other, _)| other.limb == point.limb);
-        let lowest = of_foot.map(|(_, level)| *level).fold(level, f64::min);
-        point.part == Part::End && level - lowest > RAISED_HEEL_METERS * self.scale
+        let lowest = of_foot.map(|(_, level)| *level).fold(levels[index], f64::min);
+        point.part == Part::End && levels[index] - lowest > RAISED_HEEL_METERS * self.scale
+    }
+
+    /// The same in clips of slopes and stairs, where a heel may rest higher than other points of its foot do elsewhere: whether it is above its
+    /// foot while it rests.
+    fn is_above_its_foot(&self, index: usize, tracks: &[Tracked]) -> bool {
+        let of_foot = |(other, _): &(&Point, &Tracked)| other.limb == self.points[index].limb;
+        let lowest = |frame: usize| {
+            let heights = self.points.iter().zip(tracks).filter(of_foot).map(|(_, track)| track.heights[frame]);
+            heights.fold(f64::INFINITY, f64::min)
+        };
+        let (heel, slow) = (&tracks[index], self.op.speed_on * self.scale);
+        let resting = (0..heel.heights.len()).filter(|frame| heel.speeds[*frame] < slow);
+        let mut above: Vec<f64> = resting.map(|frame| heel.heights[frame] - lowest(frame)).collect();
+        median(&mut above).is_none_or(|above| above > RAISED_HEEL_METERS * self.scale)
     }
 
     /// `level` is the height at which the point rests; nothing where it never does.
-    fn touches(&self, point: &Point, track: &Tracked, level: Option<f64>, work: &Work<'_>) -> Vec<bool> {
+    fn touches(
+        &self,
+        point: &Point,
+        track: &Tracked,
+        level: Option<f64>,
+        raised: &[f64],
+        work: &Work<'_>,
+    ) -> Vec<bool> {
         let (op, frames) = (&self.op, work.frame_count());
         let within = |ranges: Option<&Vec<[f64; 2]>>, time: f64| {
             ranges.is_some_and(|ranges| ranges.iter().any(|[from, to]| (*from..=*to).contains(&time)))
@@ -193,7 +293,7 @@ impl ContactStage {
             (Some(set), _) => (0..frames).map(|frame| within(Some(set), work.moment(frame).seconds)).collect(),
             (None, false) => vec![false; frames],
             (None, true) => {
-                level.map_or_else(|| vec![false; frames], |level| self.detect(track, level, work.performed))
+                level.map_or_else(|| vec![false; frames], |level| self.detect(track, level, raised, work.performed))
             }
         };
         for (frame, touches) in touches.iter_mut().enumerate() {
@@ -205,38 +305,45 @@ impl ContactStage {
         touches
     }
 
-    fn detect(&self, track: &Tracked, level: f64, times: &[f64]) -> Vec<bool> {
+    /// `raised` is how high the ground is under the foot where it stands above the floor, frame by frame; empty where it never does.
+    fn detect(&self, track: &Tracked, level: f64, raised: &[f64], times: &[f64]) -> Vec<bool> {
         let op = &self.op;
         let level = match op.floor {
             ContactFloor::Rule(ContactFloorRule::Adaptive) => Some(level),
             ContactFloor::Rule(ContactFloorRule::Any) => None,
             ContactFloor::Height(meters) => Some(meters * self.ground.units_per_meter),
         };
-        let is_low =
-            |frame: usize, height: f64| level.is_none_or(|level| track.heights[frame] - level < height * self.scale);
-        let is_below =
-            |frame: usize, height: f64, speed: f64| is_low(frame, height) && track.speeds[frame] < speed * self.scale;
-        let mut on = false;
+        let is_raised = |frame: usize| {
+            let ground = raised.get(frame).copied().filter(|ground| ground.is_finite());
+            ground.is_some_and(|ground| (track.heights[frame] - ground).abs() < SLOPING_METERS * self.scale)
+        };
+        // Above the floor a point is as low as where it rests, at the frame `rest`.
+        let is_low = |frame: usize, rest: usize, height: f64| {
+            let most = height * self.scale;
+            let is_low = |level: f64| track.heights[frame] - level < most;
+            let is_near = || (track.heights[frame] - track.heights[rest]).abs() < most;
+            level.is_none_or(|level| is_low(level) || (is_raised(frame) && is_near()))
+        };
+        let mut rest: Option<usize> = None;
         let mut touches: Vec<bool> = (0..times.len())
             .map(|frame| {
-                on = if on {
-                    is_below(frame, op.height_off, op.speed_off)
-                } else {
-                    is_below(frame, op.height_on, op.speed_on)
-                };
-                on
+                let since = rest.unwrap_or(frame);
+                let (height, speed) = rest.map_or((op.height_on, op.speed_on), |_| (op.height_off, op.speed_off));
+                let touches = is_low(frame, since, height) && track.speeds[frame] < speed * self.scale;
+                rest = touches.then_some(since);
+                touches
             })
             .collect();
         // The same backward: a contact begins where the point landed, not where it was slowest. A point has landed at the frame
         // from which on it rests; the way to that frame, which a central difference sees too, is not looked at.
-        let has_landed = |frame: usize| {
+        let has_landed = |frame: usize, rest: usize| {
             let speed = track.speeds[frame].min(track.forward_speeds[frame]);
-            is_low(frame, op.height_off) && speed < op.speed_land.max(op.speed_off) * self.scale
+            is_low(frame, rest, op.height_off) && speed < op.speed_land.max(op.speed_off) * self.scale
         };
-        let mut on = false;
+        let mut rest: Option<usize> = None;
         for frame in (0..times.len()).rev() {
-            on = touches[frame] || (on && has_landed(frame));
-            touches[frame] = on;
+            rest = if touches[frame] { Some(frame) } else { rest.filter(|rest| has_landed(frame, *rest)) };
+            touches[frame] = rest.is_some();
         }
         let missing: Vec<bool> = touches.iter().map(|touches| !touches).collect();
         for (first, last) in runs(&missing) {
@@ -256,20 +363,23 @@ impl ContactStage {
 
 impl Stage for ContactStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let width = self.points.len();
+        let (points, walkers) = (self.points.len(), self.walkers.as_ref().map_or(&[][..], |walkers| walkers));
+        let width = points + walkers.len();
         let fill = |pose: &mut crate::retarget::stages::posing::Pose, frame: usize, row: &mut [DVec3]| {
             self.posing.fill_model(pose, work.source, frame);
-            for (point, place) in self.points.iter().zip(row) {
+            let (places, hips) = row.split_at_mut(points);
+            for (point, place) in self.points.iter().zip(places) {
                 let joint = pose.model[point.slot];
                 *place = joint.translation + joint.rotation * point.sole;
             }
+            walkers.iter().zip(hips).for_each(|(walker, hip)| *hip = pose.model[walker.hip].translation);
         };
         let rows = work.rows(width, || self.posing.pose(), fill)?;
-        let tracks: Vec<Tracked> = (0..width)
+        let column = |index: usize| rows.iter().skip(index).step_by(width).copied();
+        let tracks: Vec<Tracked> = (0..points)
             .into_par_iter()
             .map(|index| {
-                let positions = rows.iter().skip(index).step_by(width).copied().collect();
-                Tracked::new(positions, work.performed, &self.ground, self.op.smoothing_seconds / 2.0)
+                Tracked::new(column(index).collect(), work.performed, &self.ground, self.op.smoothing_seconds / 2.0)
             })
             .collect();
         let floor_velocity = self.floor_velocity(&tracks, work);
@@ -278,17 +388,36 @@ impl Stage for ContactStage {
             if floor_velocity == DVec3::ZERO { tracks } else { tracks.into_iter().map(over).collect() };
         let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
         let is_airborne = self.is_airborne(&tracks);
-        let point = |((point, track), level): ((&Point, Tracked), &f64)| {
-            let rests =
-                !is_airborne && !self.is_raised(point, *level, &levels) && !self.is_sunk(point, *level, &levels);
-            let level = rests.then(|| self.agreed(point, *level, &levels));
-            let touches = self.touches(point, &track, level, work);
+        let is_sunk = |index: usize| self.is_sunk(&self.points[index], levels[index], &levels);
+        let floors = self.floors(&levels);
+        let hips = [0, 1].map(|walker| column(points + walker));
+        let raised = if is_airborne || floor_velocity != DVec3::ZERO {
+            Vec::new()
+        } else {
+            self.raised(&tracks, floors, hips, work)
+        };
+        let level_of = |index: usize| {
+            let is_raised =
+                self.is_raised(index, &levels) && (raised.is_empty() || self.is_above_its_foot(index, &tracks));
+            (!is_airborne && !is_raised && !is_sunk(index))
+                .then(|| self.agreed(&self.points[index], levels[index], &levels))
+        };
+        let resting: Vec<Option<f64>> = (0..points).map(level_of).collect();
+        let point = |((point, track), level): ((&Point, Tracked), &Option<f64>)| {
+            let ground = raised.iter().find(|(limb, _)| *limb == point.limb).map_or(&[][..], |(_, heights)| heights);
+            let touches = self.touches(point, &track, *level, ground, work);
             let Point { name, limb, part, .. } = *point;
             ContactPoint { name, limb, part, positions: track.soles, touches }
         };
-        let points: Vec<ContactPoint> = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
+        let points: Vec<ContactPoint> = self.points.par_iter().zip(tracks).zip(&resting).map(point).collect();
         let is_touching = points.iter().any(|point| point.touches.contains(&true));
-        work.contacts = ContactPoints { points, is_touching, does_floor_run: floor_velocity != DVec3::ZERO };
+        work.contacts = ContactPoints {
+            points,
+            is_touching,
+            does_floor_run: floor_velocity != DVec3::ZERO,
+            level_below_raised_ground: (!raised.is_empty())
+                .then_some(floors[0].min(floors[1]) - self.ground.source_floor),
+        };
         Ok(())
     }
 }

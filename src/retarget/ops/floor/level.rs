@@ -17,6 +17,8 @@ use crate::{
 
 /// The largest level, for a leg of 1 m.
 const MAX_METERS: f64 = 0.04;
+/// A clip whose lowest ground is farther from the floor, for a leg of 1 m, goes down from it.
+const MAX_FLOOR_METERS: f64 = 0.1;
 /// Feet that touch in less than one of so many frames in which one is low touch too seldom to say when they stand.
 const SELDOM: usize = 4;
 /// One of so many frames in which nothing touches is lower than the floor.
@@ -53,22 +55,38 @@ impl FloorStage {
         (touching * SELDOM >= low).then_some(contacts)
     }
 
-    /// The level under every foot, frame by frame, in units of the source.
+    /// The level under every foot, frame by frame.
     pub(in crate::retarget) fn levels(
         &self,
         rows: &[Clearance],
         standing: Option<&ContactPoints>,
         work: &Work<'_>,
-    ) -> Vec<Vec<f64>> {
+    ) -> Levels {
         let known = |(index, foot): (usize, &FloorFoot)| match standing {
             Some(_) => self.known(index, foot, rows, work),
             None => Vec::new(),
         };
-        let of_feet: Vec<Vec<Known>> = self.feet.iter().enumerate().map(known).collect();
-        let mut levels: Vec<f64> = of_feet.iter().flatten().map(|known| known.level).collect();
+        let heights: Vec<Vec<Known>> = self.feet.iter().enumerate().map(known).collect();
+        let most = self.most_level();
+        // Of a clip of stairs and slopes, what stands higher or lower than captures are off by stands on other ground.
+        let level = standing.and_then(|contacts| contacts.level_below_raised_ground);
+        let has_ground = level.is_some();
+        let level = level.filter(|level| level.abs() < MAX_FLOOR_METERS * self.source_leg).unwrap_or(0.0);
+        let is_ground = |known: &Known| has_ground && (known.height - level).abs() > most;
+        let on_floor = heights.iter().flatten().filter(|known| !is_ground(known));
+        let mut levels: Vec<f64> = on_floor.map(|known| known.height.clamp(-most, most)).collect();
         let all = median(&mut levels);
-        let all = all.unwrap_or_else(|| self.lowest_level(rows));
-        of_feet.iter().map(|known| over_time(known, all, work.performed)).collect()
+        let all = all.unwrap_or_else(|| if has_ground { 0.0 } else { self.lowest_level(rows) });
+        let off = |known: &Known| if is_ground(known) { all } else { known.height.clamp(-most, most) };
+        let ground = |known: &Known| if is_ground(known) { known.height - all } else { 0.0 };
+        let follow = |foot: &Vec<Known>, level: &dyn Fn(&Known) -> f64, otherwise: f64| {
+            let known = foot.iter().map(|known| Known { height: level(known), ..*known });
+            over_time(&known.collect::<Vec<_>>(), otherwise, work.performed)
+        };
+        Levels {
+            off: heights.iter().map(|foot| follow(foot, &off, all)).collect(),
+            ground: has_ground.then(|| heights.iter().map(|foot| follow(foot, &ground, 0.0)).collect()),
+        }
     }
 
     /// The level in a clip in which nothing touches: a low height of the lower foot.
@@ -103,7 +121,7 @@ impl FloorStage {
     }
 
     fn known(&self, index: usize, foot: &FloorFoot, rows: &[Clearance], work: &Work<'_>) -> Vec<Known> {
-        let (width, most) = (self.feet.len(), self.most_level());
+        let width = self.feet.len();
         // Room for the frames of a contact, so that a long clip allocates no more than a short one.
         let mut clearances = Vec::with_capacity(work.frame_count());
         let level = |first: usize, last: usize| {
@@ -113,7 +131,7 @@ impl FloorStage {
             if clearances.is_empty() {
                 clearances.extend((first..=last).map(clearance));
             }
-            Some(median(&mut clearances).unwrap_or(0.0).clamp(-most, most))
+            Some(median(&mut clearances).unwrap_or(0.0))
         };
         in_contacts(foot.limb, work, level)
     }
@@ -143,20 +161,46 @@ fn pieces(first: usize, last: usize, times: &[f64]) -> impl Iterator<Item = Piec
     (0..count).map(piece)
 }
 
-/// The level of one contact, or of a piece of it.
+/// The level under every foot, frame by frame, in units of the source.
+pub(in crate::retarget) struct Levels {
+    /// What the capture is off by.
+    off: Vec<Vec<f64>>,
+    /// How far the ground is above the floor; nothing of clips whose feet stand on the floor only.
+    ground: Option<Vec<Vec<f64>>>,
+}
+
+impl Levels {
+    /// What the capture is off by.
+    pub(in crate::retarget) fn off(&self, foot: usize, frame: usize) -> f64 {
+        self.off[foot][frame]
+    }
+
+    /// How high the ground is above the floor.
+    pub(in crate::retarget) fn ground(&self, foot: usize, frame: usize) -> f64 {
+        self.ground.as_ref().map_or(0.0, |ground| ground[foot][frame])
+    }
+
+    /// Both: how high the source's foot is above its floor when it stands.
+    pub(in crate::retarget) fn standing(&self, foot: usize, frame: usize) -> f64 {
+        self.off(foot, frame) + self.ground(foot, frame)
+    }
+}
+
+/// How high a foot is in one contact, or in a piece of it.
+#[derive(Clone, Copy)]
 struct Known {
     first: usize,
     last: usize,
-    level: f64,
+    height: f64,
 }
 
-/// What is known in the contacts of a limb and the pieces of long ones; `level` says it for their first and last frame.
-fn in_contacts(limb: usize, work: &Work<'_>, mut level: impl FnMut(usize, usize) -> Option<f64>) -> Vec<Known> {
+/// What is known in the contacts of a limb and the pieces of long ones; `height` says it for their first and last frame.
+fn in_contacts(limb: usize, work: &Work<'_>, mut height: impl FnMut(usize, usize) -> Option<f64>) -> Vec<Known> {
     let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(limb, frame)).collect();
     let contacts = runs(&touches).into_iter();
     contacts
         .flat_map(|(first, last)| pieces(first, last, work.performed))
-        .filter_map(|piece| Some(Known { level: level(piece.first, piece.last)?, first: piece.from, last: piece.to }))
+        .filter_map(|piece| Some(Known { height: height(piece.first, piece.last)?, first: piece.from, last: piece.to }))
         .collect()
 }
 
@@ -178,7 +222,7 @@ fn over_time(known: &[Known], otherwise: f64, times: &[f64]) -> Vec<f64> {
         let before = next.checked_sub(1).map_or(first, |before| &known[before]);
         let span = times[after.first] - times[before.last];
         let share = if span > 0.0 { ((times[frame] - times[before.last]) / span).clamp(0.0, 1.0) } else { 1.0 };
-        before.level + (after.level - before.level) * share
+        before.height + (after.height - before.height) * share
     };
     let levels: Vec<f64> = (0..times.len()).map(at).collect();
     smoothed(&levels, times, SMOOTHING_SECONDS)
@@ -199,7 +243,7 @@ mod tests {
         assert_eq!(told(7, 7), [[7, 7, 7, 7]], "so is a frame");
         let all: Vec<Piece> = pieces(3, 239, &times).collect();
         assert!(all.windows(2).all(|pair| pair[0].last + 1 == pair[1].first && pair[0].to < pair[1].from));
-        let known = |piece: &Piece| Known { first: piece.from, last: piece.to, level: piece.first as f64 };
+        let known = |piece: &Piece| Known { first: piece.from, last: piece.to, height: piece.first as f64 };
         let levels = over_time(&all.iter().map(known).collect::<Vec<_>>(), 0.0, &times);
         assert!(levels.windows(2).all(|pair| (0.0..2.0).contains(&(pair[1] - pair[0]))), "it changes slowly");
     }

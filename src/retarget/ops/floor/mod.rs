@@ -31,6 +31,7 @@ use crate::model::Canceled;
 
 pub(in crate::retarget) use self::foot::{FootSlots, PlacedFoot};
 use self::knee::bend_per_move;
+use self::level::Levels;
 pub(in crate::retarget) use self::lift::smooth_above;
 use self::lift::{Lift, smoothed_lifts};
 pub(in crate::retarget) use self::sole::Sole;
@@ -206,23 +207,33 @@ impl FloorStage {
     }
 
     /// Where a sole should be when the source's is so high above its floor, and the level of its contact is that.
-    fn wanted(&self, foot: usize, clearance: &Clearance, level: f64, hold: f64, resting: f64) -> Wanted {
-        let source = clearance.source;
+    fn wanted(
+        &self,
+        (foot, frame): (usize, usize),
+        clearance: &Clearance,
+        levels: &Levels,
+        hold: f64,
+        resting: f64,
+    ) -> Wanted {
+        let (source, level) = (clearance.source, levels.off(foot, frame));
         let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
         if self.feet[foot].is_same {
             // No deeper below where the source's stands than the source's for its legs, however large the pelvis scale.
             let deepest = source.min(level.max(0.0)) * self.target_leg / self.source_leg;
             return Wanted { height: (scale * source).max(deepest), deepest };
         }
-        let above = source - level;
+        let above = source - levels.standing(foot, frame);
         let [width, begin] = [STANDS_FADE_METERS, STANDS_METERS].map(|meters| meters * self.source_leg);
         let standing = soft_above(above - begin, width);
         // Whose trunk rests on the floor does not step down onto a lower one.
         let step = (source + self.most_level()).min(0.0) * (1.0 - resting);
         let deepest = step * self.target_leg / self.source_leg;
-        let height = scale * (above.max(0.0) + (standing - above.max(0.0)) * hold);
+        let height = scale * (levels.ground(foot, frame) + above.max(0.0) + (standing - above.max(0.0)) * hold);
         // A source's foot may go down a step or, as often, dangle through a floor that nobody looked at: what is between that and the floor
         // stays where it is.
+        if levels.ground(foot, frame) < 0.0 {
+            return Wanted { height, deepest: deepest.min(height) };
+        }
         Wanted { height: if deepest < 0.0 { clearance.target.clamp(deepest, 0.0) } else { height }, deepest }
     }
 
@@ -230,12 +241,12 @@ impl FloorStage {
     fn holds(
         &self,
         rows: &[Clearance],
-        levels: &[Vec<f64>],
+        levels: &Levels,
         standing: Option<&ContactPoints>,
         work: &Work<'_>,
     ) -> Vec<Vec<f64>> {
         let low = |index: usize, frame: usize| {
-            let above = rows[frame * self.feet.len() + index].source - levels[index][frame];
+            let above = rows[frame * self.feet.len() + index].source - levels.standing(index, frame);
             1.0 - smootherstep((above / self.source_leg - LOW_METERS) / LOW_FADE_METERS)
         };
         let of_foot = |(index, foot): (usize, &FloorFoot)| match standing {
@@ -310,7 +321,7 @@ impl Stage for FloorStage {
         let levels = self.levels(&rows, standing, work);
         let holds = self.holds(&rows, &levels, standing, work);
         let wanted = |foot: usize, frame: usize, clearance: &Clearance| {
-            self.wanted(foot, clearance, levels[foot][frame], holds[foot][frame], work.resting(frame).share)
+            self.wanted((foot, frame), clearance, &levels, holds[foot][frame], work.resting(frame).share)
         };
         let is_touching = standing.is_some();
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {
@@ -318,7 +329,8 @@ impl Stage for FloorStage {
             // A foot that is shorter than the source's leaves the floor earlier as it rolls over its tip: its leg goes down after it, and
             // not the whole body.
             let counts = missing >= 0.0 || !(is_touching && self.is_on_toes(foot, frame, work));
-            (counts && self.carries(foot, frame, clearance.source - levels[foot][frame], standing)).then_some(missing)
+            (counts && self.carries(foot, frame, clearance.source - levels.standing(foot, frame), standing))
+                .then_some(missing)
         };
         let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
         let lifted = |limb: &usize| {
@@ -328,7 +340,7 @@ impl Stage for FloorStage {
                 let Some(foot) = foot else { return Lift { beyond: 0.0, least: f64::NEG_INFINITY } };
                 let clearance = &rows[frame * width + foot];
                 let wanted = wanted(foot, frame, clearance);
-                let meters = (clearance.source - levels[foot][frame]) / self.source_leg;
+                let meters = (clearance.source - levels.standing(foot, frame)) / self.source_leg;
                 let far = (meters - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
                 let weight = holds[foot][frame].max(self.op.swing * (1.0 - smootherstep(far)));
                 let least = (wanted.deepest - clearance.target) * alpha;

@@ -60,7 +60,7 @@ impl FloorStage {
         let holds = self.holds(&rows, &levels, standing, work);
         let wanted = |foot: usize, frame: usize| {
             let clearance = &rows[frame * width + foot];
-            self.wanted(foot, clearance, levels[foot][frame], holds[foot][frame], work.resting(frame).share)
+            self.wanted((foot, frame), clearance, &levels, holds[foot][frame], work.resting(frame).share)
         };
         // Where a foot stands on its whole sole, what it is off by is lifted; only what it is off by beside that is tilt. Else a foot
         // whose floor is too low or too high in the capture would land flat where the source's lands on its heel.
@@ -71,7 +71,7 @@ impl FloorStage {
             let stands = is_flat(self.feet[foot].limb, frame, work)
                 || (!has_flat
                     && clearance.is_level
-                    && self.carries(foot, frame, clearance.source - levels[foot][frame], standing));
+                    && self.carries(foot, frame, clearance.source - levels.standing(foot, frame), standing));
             stands.then(|| clearance.limited(wanted(foot, frame).height - clearance.flat, is_touching))
         };
         let shifts = self.shifts(&rows, work, wants);

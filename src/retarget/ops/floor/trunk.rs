@@ -31,6 +31,8 @@ const UPRIGHT_SHARE: f64 = 0.85;
 const UPRIGHT_FADE_SHARE: f64 = 0.1;
 /// Standard deviation of the smoothing of what the pelvis is moved by.
 const RESTING_SECONDS: f64 = 0.06;
+/// Feet that are deeper below the floor are not in it, but on one that is lower, in legs.
+const SUNK_LEGS: f64 = 0.1;
 /// The deepest that is taken over from another figure, in legs of the source.
 const MAX_DEPTH_LEGS: f64 = 0.04;
 
@@ -86,9 +88,15 @@ impl Trunks {
         is_same: bool,
     ) -> Result<Vec<Resting>, Canceled> {
         let ((source_leg, target_leg), (pelvis, slot)) = (legs, &self.pelvis);
+        // Who walks down from the floor does not lie on it.
+        let sunk = |frame: usize| {
+            let soles = work.source_soles.iter().filter_map(|soles| soles.get(frame));
+            let lowest = soles.copied().fold(f64::INFINITY, f64::min) - ground.source_floor;
+            (lowest + SUNK_LEGS * source_leg).min(0.0)
+        };
         let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
             pelvis.fill_model(pose, work.source, frame);
-            row[0] = pose.model[*slot].translation.dot(ground.up) - ground.source_floor;
+            row[0] = pose.model[*slot].translation.dot(ground.up) - ground.source_floor - sunk(frame);
         };
         let heights = work.rows(1, || pelvis.pose(), fill)?;
         let bent = |height: f64| 1.0 - smootherstep((height / self.upright - UPRIGHT_SHARE) / UPRIGHT_FADE_SHARE);
@@ -104,12 +112,14 @@ impl Trunks {
                 return;
             }
             self.source.posing.fill_model(&mut poses.0, work.source, frame);
-            let source =
-                (self.source.lowest(|slot| &poses.0.model[slot], ground.up) - ground.source_floor) / source_leg;
+            let sunk = sunk(frame) / source_leg;
+            let lowest = self.source.lowest(|slot| &poses.0.model[slot], ground.up) - ground.source_floor;
+            let source = lowest / source_leg - sunk;
             let share = bent * (1.0 - smootherstep((source - begin) / fade));
             if share > 0.0 {
                 self.target.posing.fill_model(&mut poses.1, &work.target, frame);
-                let target = self.target.lowest(|slot| &poses.1.model[slot], ground.up) - ground.target_floor;
+                let lowest = self.target.lowest(|slot| &poses.1.model[slot], ground.up) - ground.target_floor;
+                let target = lowest - sunk * target_leg;
                 let wanted = if is_same { source } else { source.max(-MAX_DEPTH_LEGS) };
                 row[0] = DVec2::new(share, share * (wanted * target_leg - target));
             }
