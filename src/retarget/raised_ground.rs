@@ -15,6 +15,11 @@ const UPRIGHT: f64 = 0.7;
 /// A foot is still for so long at least, and carries alone for so long.
 const MIN_STILL_SECONDS: f64 = 0.15;
 const MIN_ALONE_SECONDS: f64 = 0.1;
+/// Of a walk both feet come to rest, and so often. Else one may be in the air for a moment, as in a jump or a fall, unless it is as slow as that
+/// for so long, for a leg of 1 m.
+const MIN_RESTS: usize = 3;
+const SURE_METERS_PER_SECOND: f64 = 0.12;
+const SURE_SECONDS: f64 = 0.4;
 /// Two feet stand on the same ground where it differs by less, for a leg of 1 m.
 const SAME_METERS: f64 = 0.05;
 /// Standard deviation of the smoothing of the ground's height: feet roll on it.
@@ -74,8 +79,14 @@ pub(in crate::retarget) fn raised_ground(
         rests[foot].iter_mut().zip(carries).for_each(|(rest, carries)| rest.carries = carries);
     }
     rests.iter_mut().for_each(|rests| rests.retain(|rest| rest.carries));
-    let is_raised = rests.iter().any(|rests| !rests.is_empty());
-    is_raised.then(|| [0, 1].map(|foot| heights(&rests[foot], feet[foot].above_floor, times)))
+    let is_steady = |foot: usize, rest: &Rest| {
+        let slow = (rest.first..rest.last).filter(|frame| feet[foot].speeds[*frame] < SURE_METERS_PER_SECOND * leg);
+        slow.map(|frame| times[frame + 1] - times[frame]).sum::<f64>() >= SURE_SECONDS
+    };
+    let count: usize = rests.iter().map(Vec::len).sum();
+    let is_walk = count >= MIN_RESTS && rests.iter().all(|rests| !rests.is_empty());
+    let is_sure = is_walk || [0, 1].into_iter().any(|foot| rests[foot].iter().any(|rest| is_steady(foot, rest)));
+    is_sure.then(|| [0, 1].map(|foot| heights(&rests[foot], feet[foot].above_floor, times)))
 }
 
 /// When a foot is still above the floor.
@@ -113,4 +124,84 @@ fn heights(rests: &[Rest], above_floor: &[f64], times: &[f64]) -> Vec<f64> {
         ground[last + 1..end].fill(own[last - first]);
     }
     ground
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FRAMES_PER_SECOND: f64 = 30.0;
+
+    /// A foot that is at a height in each span of seconds, and moves up and down between them.
+    fn foot(spans: &[(f64, f64, f64)], seconds: f64, hip: f64) -> [Vec<f64>; 3] {
+        let frames = (seconds * FRAMES_PER_SECOND) as usize;
+        let rests = |time: f64| spans.iter().find(|(from, to, _)| (*from..*to).contains(&time));
+        let times = (0..frames).map(|frame| frame as f64 / FRAMES_PER_SECOND);
+        let (heights, speeds) =
+            times.map(|time| rests(time).map_or((0.5, 1.5), |(_, _, height)| (*height, 0.01))).unzip();
+        [heights, speeds, vec![hip; frames]]
+    }
+
+    fn heights([above_floor, speeds, hip]: &[Vec<f64>; 3]) -> FootHeights<'_> {
+        FootHeights { above_floor, speeds, hip }
+    }
+
+    fn ground(left: &[Vec<f64>; 3], right: &[Vec<f64>; 3]) -> Option<[Vec<f64>; 2]> {
+        let times: Vec<f64> = (0..left[0].len()).map(|frame| frame as f64 / FRAMES_PER_SECOND).collect();
+        raised_ground(&[heights(left), heights(right)], &times, 1.0)
+    }
+
+    /// Treads of 17 cm, one foot after the other.
+    fn climbing(hip: f64) -> [[Vec<f64>; 3]; 2] {
+        let left = foot(&[(0.0, 0.5, 0.0), (0.8, 1.5, 0.34), (1.8, 2.5, 0.68)], 3.0, hip);
+        let right = foot(&[(0.3, 1.0, 0.17), (1.3, 2.0, 0.51), (2.3, 3.0, 0.85)], 3.0, hip);
+        [left, right]
+    }
+
+    #[test]
+    fn treads_are_as_high_as_feet_stand_on_them() {
+        let [left, right] = climbing(0.95);
+        let [of_left, of_right] = ground(&left, &right).expect("stairs");
+        let at = |heights: &[f64], seconds: f64| heights[(seconds * FRAMES_PER_SECOND) as usize];
+        for (found, wanted) in [
+            (at(&of_left, 0.2), 0.0),
+            (at(&of_left, 1.1), 0.34),
+            (at(&of_left, 2.2), 0.68),
+            (at(&of_right, 0.6), 0.17),
+            (at(&of_right, 1.7), 0.51),
+            (at(&of_right, 2.7), 0.85),
+        ] {
+            assert!((found - wanted).abs() < 1e-9, "{found} m instead of {wanted} m");
+        }
+    }
+
+    #[test]
+    fn a_foot_that_nobody_stands_on_is_in_the_air() {
+        let [left, right] = climbing(0.5);
+        assert!(ground(&left, &right).is_none(), "who sits treads on nothing");
+        let stands = foot(&[(0.0, 3.0, 0.0)], 3.0, 0.95);
+        let raised = foot(&[(0.5, 1.5, 0.3), (1.8, 2.8, 0.3)], 3.0, 0.8);
+        assert!(ground(&stands, &raised).is_none(), "on one leg");
+        // Both at once, as in a leap that hangs in the air.
+        let leap = foot(&[(0.0, 1.0, 0.0), (1.3, 1.7, 0.4), (2.0, 3.0, 0.0)], 3.0, 0.95);
+        assert!(ground(&leap, &leap).is_none(), "neither foot moves");
+        // A foot that is slow for a moment while the other one kicks.
+        let slow = foot(&[(0.0, 1.0, 0.0), (1.2, 1.45, 0.2), (2.0, 3.0, 0.0)], 3.0, 0.95);
+        let kicks = foot(&[(0.0, 1.0, 0.0), (2.0, 3.0, 0.0)], 3.0, 0.95);
+        assert!(ground(&slow, &kicks).is_none(), "once, for a quarter of a second");
+    }
+
+    #[test]
+    fn who_steps_onto_a_box_stands_there_with_both_feet() {
+        let first = foot(&[(0.0, 0.5, 0.0), (0.9, 3.0, 0.4)], 3.0, 0.95);
+        let then = foot(&[(0.0, 1.2, 0.0), (1.8, 3.0, 0.4)], 3.0, 0.95);
+        let [one, other] = ground(&first, &then).expect("a box");
+        let last = one.len() - 1;
+        assert!(
+            (one[last] - 0.4).abs() < 1e-9 && (other[last] - 0.4).abs() < 1e-9,
+            "{} and {}",
+            one[last],
+            other[last]
+        );
+    }
 }

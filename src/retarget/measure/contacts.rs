@@ -76,12 +76,15 @@ pub(super) fn find_standing_on(
 
 fn standing_at(level: f64, ground: &[f64], positions: &[DVec3], speeds: &[f64], leg: f64) -> Standing {
     let mut stands = Vec::with_capacity(positions.len());
-    let mut on = false;
+    // How high the point is where it came to stand, while it does.
+    let mut rest: Option<f64> = None;
     for (frame, (position, speed)) in positions.iter().zip(speeds).enumerate() {
         let height = (position.y - level) / leg;
-        let (most_height, most_speed) = if on { (HEIGHT_OFF, SPEED_OFF) } else { (HEIGHT_ON, SPEED_ON) };
-        let is_on_ground = ground.get(frame).is_some_and(|ground| (position.y - ground).abs() < SLOPING * leg);
-        on = (height < most_height || is_on_ground) && *speed < most_speed;
+        let (most_height, most_speed) = if rest.is_some() { (HEIGHT_OFF, SPEED_OFF) } else { (HEIGHT_ON, SPEED_ON) };
+        let is_raised = ground.get(frame).is_some_and(|ground| (position.y - ground).abs() < SLOPING * leg)
+            && rest.is_none_or(|rest| (position.y - rest).abs() < HEIGHT_OFF * leg);
+        let on = (height < most_height || is_raised) && *speed < most_speed;
+        rest = on.then(|| rest.unwrap_or(position.y));
         stands.push(on);
     }
     close_gaps(&mut stands);
@@ -103,7 +106,7 @@ pub(super) fn intervals(stands: &[bool]) -> Vec<(usize, usize)> {
 }
 
 /// Speeds in leg lengths per second.
-pub(super) fn speeds(positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Vec<f64> {
+fn speeds(positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Vec<f64> {
     let last = positions.len().saturating_sub(1);
     let duration = times_seconds.last().zip(times_seconds.first()).map_or(0.0, |(last, first)| last - first);
     let step = duration / last.max(1) as f64;

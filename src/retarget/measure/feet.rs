@@ -14,27 +14,24 @@ use serde::{Deserialize, Serialize};
 use super::{
     agreement::disagreement,
     body::Size,
-    contacts::{HEIGHT_ON, Standing, find_standing, find_standing_at, find_standing_on, intervals},
+    contacts::{HEIGHT_ON, Standing, intervals},
     depths::{own_depths, standing_of},
-    foot_points::{FootPoint, Traced, tip},
+    foot_points::{Feet, FootPoint, Traced},
     metric::{Finding, Reading, Series, rounded},
-    motion::{Both, Compared, Performer, Wanted},
-    raised_ground::{find_grounds, under_source},
-    running_floor::{over_floor, running_floors, under_standing_feet},
+    motion::{Both, Compared, Performer},
+    raised_ground::find_grounds,
+    running_floor::under_standing_feet,
     skin::{FootSkin, Half, PartTrack, WantedPart},
     slide::travel,
+    standing::Stood,
     statistics::{mean, percentile},
     trunk::Resting,
 };
-use crate::rig::{Rig, Role, floors};
+use crate::rig::floors;
 
 /// Contacts that are told of; of more, those that slide most.
 pub(super) const MAX_CONTACTS: usize = 200;
 const CENTIMETERS: f64 = 100.0;
-/// Feet of a figure that stands at rest and never comes nearer to that floor, in legs, are in the air, however slow they are.
-const AIRBORNE: f64 = 0.1;
-/// Two feet that rest at heights that differ by more than this, in legs, do not both rest on the floor; the lower one does.
-const LEVEL_AGREEMENT: f64 = 0.1;
 
 /// One contact of the source, and what the target does in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -57,15 +54,6 @@ pub struct ContactMeasure {
     pub source_slide_cm: f64,
     /// Mean height of the target's sole over the floor in it, centimeters at 1 m leg length; negative is below.
     pub height_cm: f64,
-}
-
-/// What is looked at.
-pub(super) struct Feet {
-    points: Vec<FootPoint>,
-    sizes: Both<Size>,
-    legs: Both<f64>,
-    /// How high each point's joint is over the floor at rest, meters; nothing where the rig does not stand at rest.
-    ankles: Vec<Both<Option<f64>>>,
 }
 
 /// What the mesh of one side says.
@@ -115,46 +103,6 @@ impl FeetFindings {
 }
 
 impl Feet {
-    pub(super) fn find(rigs: &Both<&Rig<'_>>, sizes: Both<Size>, wanted: &mut Wanted) -> Option<Self> {
-        let legs = Both { source: sizes.source.leg?, target: sizes.target.leg? };
-        let mut points = Vec::new();
-        for side in ["left", "right"] {
-            let foot = format!("{side}_foot");
-            let toe = format!("{side}_toe");
-            let ends = [(foot.as_str(), "heel"), (toe.as_str(), "ball")];
-            for (role, name) in ends {
-                let joints = rigs.map(|rig| rig.role(role).first().copied());
-                let (Some(source), Some(target)) = (joints.source, joints.target) else { continue };
-                let both = Both { source, target };
-                points.push(FootPoint::new(&foot, name, rigs, both, &sizes, wanted));
-                if name == "ball" {
-                    let tips = Both { source: tip(rigs.source, source), target: tip(rigs.target, target) };
-                    points.push(FootPoint::new(&foot, "tip", rigs, tips, &sizes, wanted));
-                }
-            }
-            let is_leg = |role: &&String| {
-                role.starts_with(side) && role.parse::<Role>().is_ok_and(|role| role.part.is_whole_leg())
-            };
-            for leg in rigs.target.roles.keys().filter(is_leg) {
-                let joints = rigs.map(|rig| rig.role(leg).last().copied());
-                if let (Some(source), Some(target)) = (joints.source, joints.target) {
-                    points.push(FootPoint::new(leg, "paw", rigs, Both { source, target }, &sizes, wanted));
-                }
-            }
-        }
-        let over_floor = |point: &FootPoint| {
-            let height = |rig: &Rig<'_>, joint: usize, size: &Size| {
-                size.floor.map(|floor| rig.rest_height(joint) * rig.unit_meters - floor)
-            };
-            Both {
-                source: height(rigs.source, point.joints.source, &sizes.source),
-                target: height(rigs.target, point.joints.target, &sizes.target),
-            }
-        };
-        let ankles = points.iter().map(over_floor).collect();
-        (!points.is_empty()).then_some(Self { points, sizes, legs, ankles })
-    }
-
     /// Skins the feet of one side in every frame; nothing where it has no mesh. How a part moves matters while the source's stands still.
     fn skin(
         &self,
@@ -190,32 +138,11 @@ impl Feet {
         &self,
         performers: &Both<Performer<'_>>,
         compared: &Compared,
+        stood: Stood,
         resting: &Resting,
     ) -> FeetFindings {
         let frames = &compared.frames.indices;
-        let positions: Vec<_> = self.points.iter().map(|point| point.positions(compared)).collect();
-        let floors = running_floors(&self.points, &positions, &self.legs, &compared.performed_seconds);
-        let mut standing: Vec<_> = self
-            .points
-            .iter()
-            .zip(&positions)
-            .map(|(point, both)| self.standing(point, both, &floors, compared))
-            .collect();
-        self.agree(&mut standing, &positions, &floors, compared);
-        let is_airborne = self.is_airborne(&positions);
-        for standing in &mut standing {
-            if is_airborne.source {
-                standing.source.never();
-            }
-            if is_airborne.target {
-                standing.target.never();
-            }
-        }
-        let is_level = floors.source == DVec3::ZERO && !is_airborne.source;
-        let raised = is_level.then(|| under_source(&self.points, &standing, compared, self.legs.source)).flatten();
-        if let Some(raised) = &raised {
-            self.stand_on(raised, &mut standing, &positions, compared);
-        }
+        let Stood { positions, standing, floors, has_raised_ground } = stood;
         let skins = Both {
             source: self.skin(&performers.source, false, frames, &standing),
             target: self.skin(&performers.target, true, frames, &standing),
@@ -224,7 +151,7 @@ impl Feet {
         let mut traced: Vec<Traced<'_>> = traced
             .map(|(index, (positions, standing))| self.trace(index, positions, standing, &skins, compared))
             .collect();
-        if raised.is_some() {
+        if has_raised_ground {
             find_grounds(&mut traced, &self.legs, &compared.performed_seconds);
         }
         let floors = under_standing_feet(&traced, &floors);
@@ -250,97 +177,6 @@ impl Feet {
             slide_speeds,
             flat: flat(&bearing),
             floors,
-        }
-    }
-
-    /// Whether the feet of each side are in the air all along.
-    fn is_airborne(&self, positions: &[Both<Vec<DVec3>>]) -> Both<bool> {
-        let lowest = |pick: fn(&Both<Vec<DVec3>>) -> &Vec<DVec3>| {
-            let places = positions.iter().zip(&self.points).filter(|(_, point)| point.bears);
-            let places = places.flat_map(|(both, _)| pick(both));
-            places.map(|place| place.y).fold(f64::INFINITY, f64::min)
-        };
-        let is_high =
-            |lowest: f64, floor: Option<f64>, leg: f64| floor.is_some_and(|floor| lowest - floor > AIRBORNE * leg);
-        Both {
-            source: is_high(lowest(|both| &both.source), self.sizes.source.floor, self.legs.source),
-            target: is_high(lowest(|both| &both.target), self.sizes.target.floor, self.legs.target),
-        }
-    }
-
-    /// A foot that is only ever slow in the air, as on one leg, stands on the floor of the other one if at all.
-    fn agree(
-        &self,
-        standing: &mut [Both<Standing>],
-        positions: &[Both<Vec<DVec3>>],
-        floors: &Both<DVec3>,
-        compared: &Compared,
-    ) {
-        let found: Vec<Both<f64>> = standing.iter().map(|both| both.map(|standing| standing.level)).collect();
-        let agree = |standing: &mut Standing, lowest: f64, (positions, velocity): (&[DVec3], DVec3), leg: f64| {
-            if standing.level - lowest > LEVEL_AGREEMENT * leg {
-                let times = &compared.performed_seconds;
-                *standing = find_standing_at(lowest, &over_floor(positions, velocity, times), times, leg);
-            }
-        };
-        for ((standing, positions), point) in standing.iter_mut().zip(positions).zip(&self.points) {
-            if !point.bears {
-                continue;
-            }
-            let twins = found.iter().zip(&self.points).filter(|(_, twin)| twin.name == point.name);
-            let (source, target) = twins.fold((f64::INFINITY, f64::INFINITY), |lowest, (level, _)| {
-                (lowest.0.min(level.source), lowest.1.min(level.target))
-            });
-            agree(&mut standing.source, source, (&positions.source, floors.source), self.legs.source);
-            agree(&mut standing.target, target, (&positions.target, floors.target), self.legs.target);
-        }
-    }
-
-    /// Where feet stand on ground above the floor, too, foot by foot and frame by frame.
-    fn stand_on(
-        &self,
-        raised: &[(String, Vec<f64>)],
-        standing: &mut [Both<Standing>],
-        positions: &[Both<Vec<DVec3>>],
-        compared: &Compared,
-    ) {
-        let times = &compared.performed_seconds;
-        let lowest = |pick: fn(&Both<Standing>) -> &Standing, standing: &[Both<Standing>]| {
-            let bearing = self.points.iter().zip(standing).filter(|(point, _)| point.bears);
-            bearing.map(|(_, standing)| pick(standing).level).fold(f64::INFINITY, f64::min)
-        };
-        let floors = [lowest(|both| &both.source, standing), lowest(|both| &both.target, standing)];
-        for ((point, standing), positions) in self.points.iter().zip(standing).zip(positions) {
-            let Some((_, ground)) = raised.iter().find(|(part, _)| point.bears && *part == point.part) else {
-                continue;
-            };
-            let scale = self.legs.target / self.legs.source;
-            let of_target: Vec<f64> = ground.iter().map(|height| floors[1] + (height - floors[0]) * scale).collect();
-            let Both { source, target } = standing;
-            *source = find_standing_on(source.level, ground, &positions.source, times, self.legs.source);
-            *target = find_standing_on(target.level, &of_target, &positions.target, times, self.legs.target);
-        }
-    }
-
-    /// When a point stands on each side, over floors that run so fast.
-    fn standing(
-        &self,
-        point: &FootPoint,
-        positions: &Both<Vec<DVec3>>,
-        floors: &Both<DVec3>,
-        compared: &Compared,
-    ) -> Both<Standing> {
-        let times = &compared.performed_seconds;
-        let stand = |positions: &[DVec3], velocity: DVec3, leg: f64, floor: Option<f64>| {
-            if point.bears || floor.is_none() {
-                find_standing(&over_floor(positions, velocity, times), times, leg)
-            } else {
-                Standing { level: 0.0, stands: Vec::new(), is_still: Vec::new() }
-            }
-        };
-        Both {
-            source: stand(&positions.source, floors.source, self.legs.source, self.sizes.source.floor),
-            target: stand(&positions.target, floors.target, self.legs.target, self.sizes.target.floor),
         }
     }
 

@@ -8,11 +8,20 @@ use super::{
     motion::{Anchor, Both, Compared, Wanted},
     skin::PartTrack,
 };
-use crate::rig::Rig;
+use crate::rig::{Rig, Role};
 
 /// A sole further below its joint than this share of the leg is none: the rest pose stands on something else. Cartoon figures have
 /// ankles at a third of their legs.
 const MAX_SOLE: f64 = 0.5;
+
+/// The feet that both sides have.
+pub(super) struct Feet {
+    pub(super) points: Vec<FootPoint>,
+    pub(super) sizes: Both<Size>,
+    pub(super) legs: Both<f64>,
+    /// How high each point's joint is over the floor at rest, meters; nothing where the rig does not stand at rest.
+    pub(super) ankles: Vec<Both<Option<f64>>>,
+}
 
 /// A point of a foot on both sides.
 pub(super) struct FootPoint {
@@ -109,6 +118,48 @@ impl FootPoint {
     }
 }
 
+impl Feet {
+    pub(super) fn find(rigs: &Both<&Rig<'_>>, sizes: Both<Size>, wanted: &mut Wanted) -> Option<Self> {
+        let legs = Both { source: sizes.source.leg?, target: sizes.target.leg? };
+        let mut points = Vec::new();
+        for side in ["left", "right"] {
+            let foot = format!("{side}_foot");
+            let toe = format!("{side}_toe");
+            let ends = [(foot.as_str(), "heel"), (toe.as_str(), "ball")];
+            for (role, name) in ends {
+                let joints = rigs.map(|rig| rig.role(role).first().copied());
+                let (Some(source), Some(target)) = (joints.source, joints.target) else { continue };
+                let both = Both { source, target };
+                points.push(FootPoint::new(&foot, name, rigs, both, &sizes, wanted));
+                if name == "ball" {
+                    let tips = Both { source: tip(rigs.source, source), target: tip(rigs.target, target) };
+                    points.push(FootPoint::new(&foot, "tip", rigs, tips, &sizes, wanted));
+                }
+            }
+            let is_leg = |role: &&String| {
+                role.starts_with(side) && role.parse::<Role>().is_ok_and(|role| role.part.is_whole_leg())
+            };
+            for leg in rigs.target.roles.keys().filter(is_leg) {
+                let joints = rigs.map(|rig| rig.role(leg).last().copied());
+                if let (Some(source), Some(target)) = (joints.source, joints.target) {
+                    points.push(FootPoint::new(leg, "paw", rigs, Both { source, target }, &sizes, wanted));
+                }
+            }
+        }
+        let over_floor = |point: &FootPoint| {
+            let height = |rig: &Rig<'_>, joint: usize, size: &Size| {
+                size.floor.map(|floor| rig.rest_height(joint) * rig.unit_meters - floor)
+            };
+            Both {
+                source: height(rigs.source, point.joints.source, &sizes.source),
+                target: height(rigs.target, point.joints.target, &sizes.target),
+            }
+        };
+        let ankles = points.iter().map(over_floor).collect();
+        (!points.is_empty()).then_some(Self { points, sizes, legs, ankles })
+    }
+}
+
 /// The floor under a joint at rest, fixed to the joint; the joint itself where the rig does not stand at rest.
 fn sole(rig: &Rig<'_>, joint: usize, size: &Size) -> Anchor {
     let rest = rig.rest.transforms()[joint];
@@ -123,7 +174,7 @@ fn sole(rig: &Rig<'_>, joint: usize, size: &Size) -> Anchor {
 }
 
 /// The end of the longest straight run of first children below a toe.
-pub(super) fn tip(rig: &Rig<'_>, toe: usize) -> usize {
+fn tip(rig: &Rig<'_>, toe: usize) -> usize {
     let joints = rig.skeleton().joints();
     let mut current = toe;
     for (index, joint) in joints.iter().enumerate().skip(toe + 1) {

@@ -33,6 +33,7 @@ mod skin;
 mod slide;
 mod smoothness;
 mod spine;
+mod standing;
 mod statistics;
 mod tracks;
 mod travel;
@@ -53,7 +54,8 @@ use self::{
     coverage::undriven_body,
     curves::Keep,
     facing::Front,
-    feet::{Feet, FeetFindings},
+    feet::FeetFindings,
+    foot_points::Feet,
     hands::{Hands, hand_gap},
     limbs::{LimbSeries, Limbs, directions, percentile_finding},
     loop_seam::loop_seam,
@@ -245,8 +247,12 @@ impl OfEveryFrame {
         let spine = Spine::find(performers, &mut wanted);
         let trunk = Trunk::find(&rigs, &sizes, &mut wanted);
         let compared = compare(performers, &wanted, frames);
-        let resting = trunk.and_then(|trunk| trunk.resting(performers, &compared)).unwrap_or_default();
-        let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(performers, &compared, &resting));
+        let stood = feet.as_ref().map(|feet| feet.stand(&compared));
+        let has_ground = stood.as_ref().is_some_and(|stood| stood.has_raised_ground);
+        let resting = trunk.and_then(|trunk| trunk.resting(performers, &compared, has_ground)).unwrap_or_default();
+        let feet = feet.as_ref().zip(stood);
+        let feet =
+            feet.map_or_else(FeetFindings::none, |(feet, stood)| feet.measure(performers, &compared, stood, &resting));
         let findings = vec![
             (MetricName::FootSlide, feet.slide),
             (MetricName::FloorPenetration, feet.penetration),

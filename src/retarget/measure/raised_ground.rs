@@ -2,22 +2,24 @@
 //! target's, as much higher as its legs are longer.
 
 use super::{
-    contacts::{Standing, intervals, speeds},
+    contacts::{Standing, intervals},
     foot_points::{FootPoint, Traced},
     motion::{Both, Compared},
     statistics::percentile,
 };
 use crate::retarget::{
     raised_ground::{FootHeights, own_floors, raised_ground},
-    stages::temporal::smoothed,
+    stages::temporal::{smoothed, speeds},
 };
 
+/// Standard deviation of the smoothing before speeds are taken.
+const NOISE_SECONDS: f64 = 0.025;
 /// A foot that stands no higher and no lower is on the floor, in legs.
 const FLOOR_LEGS: f64 = 0.04;
 /// A clip whose lowest ground is farther from the floor goes down from it, in legs.
 const MAX_FLOOR_LEGS: f64 = 0.1;
-/// Standard deviation of the smoothing of the ground below a foot that stands: feet roll, and ground does not.
-const SMOOTHING_SECONDS: f64 = 0.1;
+/// The ground below a foot that stands is as high as the foot is in the middle of about so long a time: feet roll, and ground does not.
+const MIDDLE_SECONDS: f64 = 0.5;
 
 /// The ground under the feet of the source where that is raised, foot by foot: above the floor, meters; not a number where a foot is on the floor
 /// or in the air. Nothing where no foot ever stands above the floor, or the figure has no two feet.
@@ -51,16 +53,24 @@ pub(super) fn under_source(
         };
         frames.clone().map(of_foot).collect::<Vec<f64>>()
     });
+    let times = &compared.performed_seconds;
+    // Whichever point it rests on: points are guessed below the joints of a foot, and one that is off sways as the foot rolls.
     let speed = [left, right].map(|foot| {
-        let places: Vec<_> = frames.clone().map(|frame| compared.source.position(frame, foot.slot)).collect();
-        speeds(&places, &compared.performed_seconds, 1.0)
+        let of_foot = bearing().filter(|(point, _)| point.part == foot.part);
+        let speeds = of_foot.map(|(point, _)| {
+            let places: Vec<_> = frames.clone().map(|frame| compared.source.position(frame, point.slot)).collect();
+            speeds(&smoothed(&places, times, NOISE_SECONDS), times)
+        });
+        speeds.reduce(|one, other| one.into_iter().zip(other).map(|(one, other)| one.min(other)).collect())
     });
+    let [Some(left_speed), Some(right_speed)] = speed else { return None };
+    let speed = [left_speed, right_speed];
     let hip = [(left, hips[0]), (right, hips[1])].map(|(foot, hip)| {
         let over_foot = |frame: usize| compared.source.position(frame, hip).y - height(foot, frame);
         frames.clone().map(over_foot).collect::<Vec<f64>>()
     });
     let heights = [0, 1].map(|foot| FootHeights { above_floor: &above[foot], speeds: &speed[foot], hip: &hip[foot] });
-    let grounds = raised_ground(&heights, &compared.performed_seconds, leg)?;
+    let grounds = raised_ground(&heights, times, leg)?;
     let of_foot = |((foot, floor), above): ((&FootPoint, f64), Vec<f64>)| {
         let heights = above.into_iter().map(|above| if above > 0.0 { floor + above } else { f64::NAN });
         (foot.part.clone(), heights.collect())
@@ -83,7 +93,7 @@ pub(super) fn find_grounds(traced: &mut [Traced<'_>], legs: &Both<f64>, times_se
     level.retain(|height| is_floor(*height));
     let level = if level.is_empty() { floor } else { percentile(&mut level, 0.5) };
     let grounds: Vec<Vec<f64>> =
-        feet.iter().map(|foot| foot.ground(|stance| !is_floor(stance.middle), level)).collect();
+        feet.iter().map(|foot| foot.ground(|height| if is_floor(height) { 0.0 } else { height - level })).collect();
     let (mut product, mut square) = (0.0, 0.0);
     for (foot, ground) in feet.iter().zip(&grounds) {
         for stance in &foot.stances {
@@ -107,7 +117,7 @@ pub(super) fn find_grounds(traced: &mut [Traced<'_>], legs: &Both<f64>, times_se
 struct Stance {
     first: usize,
     last: usize,
-    /// Its smoothed heights.
+    /// How high the ground is below it.
     heights: Vec<f64>,
     /// The one in the middle of them.
     middle: f64,
@@ -120,6 +130,18 @@ struct Foot {
     /// Height of its lowest point on either side, frame by frame.
     of_source: Vec<f64>,
     of_target: Vec<f64>,
+}
+
+/// The median of the heights over half a second around each, within the stance.
+fn running_middles(heights: &[f64], times_seconds: &[f64]) -> Vec<f64> {
+    let (begin, end) = (times_seconds[0], times_seconds[times_seconds.len() - 1]);
+    let middle = |time: &f64| {
+        let from = (time - MIDDLE_SECONDS / 2.0).min(end - MIDDLE_SECONDS).max(begin);
+        let first = times_seconds.partition_point(|time| *time < from);
+        let last = times_seconds.partition_point(|time| *time <= from + MIDDLE_SECONDS).max(first + 1);
+        percentile(&mut heights[first..last].to_vec(), 0.5)
+    };
+    times_seconds.iter().map(middle).collect()
 }
 
 impl Foot {
@@ -136,19 +158,18 @@ impl Foot {
             .map(|frame| bearing().any(|traced| traced.standing.source.stands[frame]))
             .collect();
         let stance = |(first, last): (usize, usize)| {
-            let heights = smoothed(&of_source[first..=last], &times_seconds[first..=last], SMOOTHING_SECONDS);
+            let heights = running_middles(&of_source[first..=last], &times_seconds[first..=last]);
             Stance { first, last, middle: percentile(&mut heights.clone(), 0.5), heights }
         };
         Self { part, stances: intervals(&stands).into_iter().map(stance).collect(), of_source, of_target }
     }
 
-    /// Above a level, where `is_raised` says so of a stance.
-    fn ground(&self, is_raised: impl Fn(&Stance) -> bool, level: f64) -> Vec<f64> {
-        let above = |stance: &Stance, height: f64| if is_raised(stance) { height - level } else { 0.0 };
+    /// `above` says how high the ground is above the floor where the foot stands at a height.
+    fn ground(&self, above: impl Fn(f64) -> f64) -> Vec<f64> {
         let mut ground = vec![0.0; self.of_target.len()];
         for stance in &self.stances {
             let own = ground[stance.first..=stance.last].iter_mut().zip(&stance.heights);
-            own.for_each(|(ground, height)| *ground = above(stance, *height));
+            own.for_each(|(ground, height)| *ground = above(*height));
         }
         let mut behind: Option<&Stance> = None;
         for ahead in self.stances.iter().map(Some).chain([None]) {
@@ -159,7 +180,7 @@ impl Foot {
             for frame in begin..end {
                 let is_end = behind.is_none() || ahead.is_none();
                 // Where nothing says what comes next, a foot that goes below what it stood on goes on to lower ground.
-                let own = if is_end { self.of_source[frame] - level } else { f64::INFINITY };
+                let own = if is_end { above(self.of_source[frame]) } else { f64::INFINITY };
                 ground[frame] = lower.min(own);
             }
             behind = ahead;

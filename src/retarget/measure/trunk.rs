@@ -60,13 +60,21 @@ impl Trunk {
         Some(Self { pelvis: wanted.joint(pelvis), ankles, joints: pelvis, legs })
     }
 
-    /// `compared` has every frame.
-    pub(super) fn resting(&self, performers: &Both<Performer<'_>>, compared: &Compared) -> Option<Resting> {
+    /// `compared` has every frame. `has_ground` says whether feet stand above the floor, too, as on stairs.
+    pub(super) fn resting(
+        &self,
+        performers: &Both<Performer<'_>>,
+        compared: &Compared,
+        has_ground: bool,
+    ) -> Option<Resting> {
         let rig = performers.source.rig;
         let (rest_floor, floor) = floors(rig, performers.source.clip)?;
         let upright = (rig.rest_height(self.joints.source) - rest_floor) * rig.unit_meters;
         // Who walks down from the floor does not lie on it: what ankles are below it, it is lower.
         let sunk = |motion: &Motion, frame: usize, floor_meters: f64| {
+            if !has_ground {
+                return 0.0;
+            }
             let lowest = self.ankles.iter().map(|ankle| motion.position(frame, *ankle).y).fold(f64::INFINITY, f64::min);
             (lowest - floor_meters).min(0.0)
         };

@@ -7,7 +7,9 @@ use retargetd::{
     samples,
 };
 
-use super::figure::{measured, moved, position, rig_of, rotation, with_roots_moved, world};
+use crate::support::corpus_file;
+
+use super::figure::{Figure, measured, moved, position, rig_of, rotation, with_roots_moved, world};
 
 /// The share of frames in which both say the same of every point.
 fn agreement(one: &[ContactTrack], other: &[ContactTrack]) -> f64 {
@@ -22,16 +24,22 @@ fn agreement(one: &[ContactTrack], other: &[ContactTrack]) -> f64 {
     pairs.iter().filter(|(one, other)| one == other).count() as f64 / pairs.len() as f64
 }
 
-/// The walk turned about the left side of its origin: up a slope.
+/// A walk turned about where it begins: up a slope.
 fn up_a_slope(walk: &Scene, degrees: f32) -> Scene {
-    let turn = Quat::from_rotation_x(-degrees.to_radians());
     let clip = &walk.clips[0];
+    let root = walk.skeleton.joints().iter().position(|joint| joint.parent.is_none()).expect("a root");
+    let Track::Sampled(way) = &clip.joints()[rig_of("walk", walk).role("pelvis")[0].max(root)].translation else {
+        panic!("a pelvis that moves")
+    };
+    let level = |place: Vec3| Vec3::new(place.x, 0.0, place.z);
+    let (begin, end) = (level(way[0]), level(*way.last().expect("frames")));
+    let turn = Quat::from_axis_angle((end - begin).cross(Vec3::Y).normalize(), degrees.to_radians());
     let mut joints = clip.joints().to_vec();
     for (joint, tracks) in walk.skeleton.joints().iter().zip(&mut joints) {
         if joint.parent.is_none()
             && let (Track::Sampled(places), Track::Sampled(turns)) = (&mut tracks.translation, &mut tracks.rotation)
         {
-            places.iter_mut().for_each(|place| *place = turn * *place);
+            places.iter_mut().for_each(|place| *place = begin + turn * (*place - begin));
             turns.iter_mut().for_each(|own| *own = turn * *own);
         }
     }
@@ -91,8 +99,8 @@ fn value(measures: &Measures, name: MetricName) -> f64 {
     measures.metrics[&name].value.unwrap_or_else(|| panic!("{name:?} is not measured"))
 }
 
-/// Retargets the walk, and the same on other ground: contacts of both, but for those of the tips of toes, which may be lower there than their feet
-/// stand elsewhere, and what the report says of the second.
+/// A walk, and the same on other ground, both retargeted: the share of frames in which contacts of the source agree, and what the report says of
+/// the second.
 struct OnOtherGround {
     even: StackResult,
     other: StackResult,
@@ -109,7 +117,7 @@ impl OnOtherGround {
         Self { even, other: result, agreement, measures }
     }
 
-    /// How far the middle of the clip's frames with one foot in contact has it away from where it is on the walk.
+    /// What feet may do there.
     fn check(&self, what: &str, least_agreement: f64) {
         assert!(self.agreement > least_agreement, "{what}: contacts agree in {} of the frames", self.agreement);
         let feet = [
@@ -174,6 +182,31 @@ fn feet_stand_on_stairs() {
                 let [step, wanted] = [&raised, &wanted].map(|heights| heights[tread + 1] - heights[tread]);
                 assert!((step - wanted).abs() < 0.01, "foot {foot}: a tread of {step} m instead of {wanted} m");
             }
+        }
+    }
+}
+
+/// Captured walks, turned.
+#[test]
+fn feet_of_captured_walks_stand_on_slopes() {
+    let walks = [
+        "bvh/cmu/12_01_walk.bvh",
+        "bvh/misc/walk01_24fps.bvh",
+        "bvh/misc/meredith_8walk_vicon.bvh",
+        "mixamo/fbx/walking_noskin.fbx",
+        "bvh/fair1/zombie_zup.bvh",
+        "bvh/xsens/aitviewer_sample.bvh",
+    ];
+    let target = samples::mannequin_scene();
+    for walk in walks {
+        let Some(path) = corpus_file(walk) else { continue };
+        let scene = Figure::read(&path).scene;
+        for degrees in [8.0, -8.0] {
+            let found = OnOtherGround::of(&scene, &up_a_slope(&scene, degrees), &target);
+            let what = format!("{walk} on {degrees}°");
+            assert!(found.agreement > 0.9, "{what}: contacts agree in {} of the frames", found.agreement);
+            let depth = value(&found.measures, MetricName::FloorPenetration);
+            assert!(depth < 3.6, "{what}: feet are {depth} cm in the ground");
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::retarget::ops::{ContactCurve, Scope};
 ///
 /// A point touches when it is both low and slow; each test has a lower threshold to begin and a higher one to end. Heights and
 /// speeds are for a leg of 1 m and grow with the source's leg. Heights are above the level at which the point rests in this
-/// clip. Points: `left_foot` and `right_foot` (the back of the heel), `left_toe` and `right_toe` (the ball), `left_toe_tip` and
+/// clip; where feet walk up and down, on stairs, slopes or in a capture that drifts, above what they stand on. Points: `left_foot` and `right_foot` (the back of the heel), `left_toe` and `right_toe` (the ball), `left_toe_tip` and
 /// `right_toe_tip`, `left_hand` and `right_hand`. The points of a foot are those of its sole, from the mesh where there is one, else
 /// guessed from its joints. Below a figure that walks on the spot the floor is taken to run, and speeds are those over it. Only source points count, so the result does not depend on the target.
 ///
@@ -111,9 +111,9 @@ impl Default for ContactFloor {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactFloorRule {
-    /// The level at which each point is slow most often.
+    /// The level at which each point is slow most often, and above that what the figure walks on: stairs, slopes.
     #[default]
     Adaptive,
-    /// None: slow points touch at any height. For stairs and uneven ground.
+    /// None: slow points touch at any height. For ground that is not found.
     Any,
 }

@@ -89,7 +89,11 @@ impl Trunks {
     ) -> Result<Vec<Resting>, Canceled> {
         let ((source_leg, target_leg), (pelvis, slot)) = (legs, &self.pelvis);
         // Who walks down from the floor does not lie on it.
+        let has_ground = work.contacts.level_below_raised_ground.is_some();
         let sunk = |frame: usize| {
+            if !has_ground {
+                return 0.0;
+            }
             let soles = work.source_soles.iter().filter_map(|soles| soles.get(frame));
             let lowest = soles.copied().fold(f64::INFINITY, f64::min) - ground.source_floor;
             (lowest + SUNK_LEGS * source_leg).min(0.0)
