@@ -97,9 +97,10 @@ pub(super) fn find_grounds(traced: &mut [Traced<'_>], legs: &Both<f64>, times_se
     let (mut product, mut square) = (0.0, 0.0);
     for (foot, ground) in feet.iter().zip(&grounds) {
         for stance in &foot.stances {
-            for frame in stance.first..=stance.last {
-                product += ground[frame] * foot.of_target[frame];
-                square += ground[frame] * ground[frame];
+            let frames = stance.first..=stance.last;
+            for (ground, target) in ground[frames.clone()].iter().zip(&foot.of_target[frames]) {
+                product += ground * target;
+                square += ground * ground;
             }
         }
     }
@@ -177,11 +178,10 @@ impl Foot {
             let end = ahead.map_or(ground.len(), |ahead| ahead.first);
             let next_to = [behind.map(|behind| ground[behind.last]), ahead.map(|ahead| ground[ahead.first])];
             let lower = next_to.into_iter().flatten().reduce(f64::min).unwrap_or(0.0);
-            for frame in begin..end {
-                let is_end = behind.is_none() || ahead.is_none();
+            let is_end = behind.is_none() || ahead.is_none();
+            for (ground, height) in ground[begin..end].iter_mut().zip(&self.of_source[begin..end]) {
                 // Where nothing says what comes next, a foot that goes below what it stood on goes on to lower ground.
-                let own = if is_end { above(self.of_source[frame]) } else { f64::INFINITY };
-                ground[frame] = lower.min(own);
+                *ground = if is_end { lower.min(above(*height)) } else { lower };
             }
             behind = ahead;
         }
