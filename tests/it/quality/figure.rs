@@ -7,7 +7,7 @@ use retargetd::{
     engine::{Inspection, NamedBytes, OneOrMore, inspect},
     formats::{self, Limits},
     model::{Clip, Control, Reporter, Scene, Skeleton, Track},
-    retarget::{Measures, Resolved, RetargetSpec, Stack, StackResult, measure, resolve},
+    retarget::{ContactTrack, Measures, Resolved, RetargetSpec, Stack, StackResult, measure, resolve},
     rig::{Rig, RigSpec},
 };
 
@@ -102,6 +102,19 @@ pub(crate) fn measured(from: &Rig<'_>, onto: &Rig<'_>, result: &StackResult) -> 
     let (clip, spec) = (&from.scene.clips[0], RetargetSpec::default());
     let resolved = resolve(&spec, from, onto, clip, &mut Reporter::new()).expect("it resolves");
     measure(&resolved.mapping, from, onto, clip, &result.clip, &spec.report, &result.reaches)
+}
+
+/// The share of frames in which both say the same of every point.
+pub(crate) fn agreement(one: &[ContactTrack], other: &[ContactTrack]) -> f64 {
+    let pairs: Vec<(bool, bool)> = one
+        .iter()
+        .zip(other)
+        .flat_map(|(one, other)| {
+            assert_eq!(one.point, other.point);
+            one.touches.iter().copied().zip(other.touches.iter().copied())
+        })
+        .collect();
+    pairs.iter().filter(|(one, other)| one == other).count() as f64 / pairs.len() as f64
 }
 
 /// A scene with one clip, its first, in which every joint that hangs from nothing is moved by so much at a time in seconds.

@@ -3,26 +3,13 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 use retargetd::{
     model::{Scene, Track},
-    retarget::{ContactTrack, Measures, MetricName, StackResult},
+    retarget::{Measures, MetricName, StackResult},
     samples,
 };
 
 use crate::support::corpus_file;
 
-use super::figure::{Figure, measured, moved, position, rig_of, rotation, with_roots_moved, world};
-
-/// The share of frames in which both say the same of every point.
-fn agreement(one: &[ContactTrack], other: &[ContactTrack]) -> f64 {
-    let pairs: Vec<(bool, bool)> = one
-        .iter()
-        .zip(other)
-        .flat_map(|(one, other)| {
-            assert_eq!(one.point, other.point);
-            one.touches.iter().copied().zip(other.touches.iter().copied())
-        })
-        .collect();
-    pairs.iter().filter(|(one, other)| one == other).count() as f64 / pairs.len() as f64
-}
+use super::figure::{Figure, agreement, measured, moved, position, rig_of, rotation, with_roots_moved, world};
 
 /// A walk turned about where it begins: up a slope.
 fn up_a_slope(walk: &Scene, degrees: f32) -> Scene {

@@ -3,11 +3,11 @@
 use glam::Vec3;
 use retargetd::{
     model::{Scene, Track},
-    retarget::{ContactTrack, Measures, Metric, MetricName, StackResult, parse_spec},
+    retarget::{Measures, Metric, MetricName, StackResult, parse_spec},
     samples,
 };
 
-use super::figure::{measured, moved, moved_with, position, rig_of, with_roots_moved, world};
+use super::figure::{agreement, measured, moved, moved_with, position, rig_of, with_roots_moved, world};
 
 /// The result, and the joints of the target's toes.
 fn walked(source: &Scene, target: &Scene) -> (StackResult, [usize; 2]) {
@@ -18,17 +18,6 @@ fn walked(source: &Scene, target: &Scene) -> (StackResult, [usize; 2]) {
 /// The walk with every joint that hangs from nothing taken back by so many meters a second along its way.
 fn taken_back(walk: &Scene, meters_per_second: f32) -> Scene {
     with_roots_moved(walk, |time| -Vec3::Z * (meters_per_second * time as f32))
-}
-
-/// The share of frames in which both say the same of every point.
-fn agreement(one: &[ContactTrack], other: &[ContactTrack]) -> f64 {
-    let (mut same, mut all) = (0, 0);
-    for (one, other) in one.iter().zip(other) {
-        assert_eq!(one.point, other.point);
-        same += one.touches.iter().zip(&other.touches).filter(|(one, other)| one == other).count();
-        all += one.touches.len();
-    }
-    f64::from(same as u32) / f64::from(all as u32)
 }
 
 #[test]
