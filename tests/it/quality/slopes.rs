@@ -3,13 +3,15 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 use retargetd::{
     model::{Scene, Track},
-    retarget::{Measures, MetricName, StackResult},
+    retarget::{Measures, MetricName, StackResult, parse_spec},
     samples,
 };
 
 use crate::support::corpus_file;
 
-use super::figure::{Figure, agreement, measured, moved, position, rig_of, rotation, with_roots_moved, world};
+use super::figure::{
+    Figure, agreement, measured, moved, moved_with, position, rig_of, rotation, with_roots_moved, world,
+};
 
 /// A walk turned about where it begins: up a slope.
 fn up_a_slope(walk: &Scene, degrees: f32) -> Scene {
@@ -196,4 +198,16 @@ fn feet_of_captured_walks_stand_on_slopes() {
             assert!(depth < 3.6, "{what}: feet are {depth} cm in the ground");
         }
     }
+}
+
+/// A `contacts` op whose mask names no point looks at none.
+#[test]
+fn contacts_of_no_point_are_none() {
+    let (walk, target) = (samples::walk_scene(), samples::mannequin_scene());
+    let spec =
+        br#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts", "mask": []}, {"op": "ik"}, {"op": "plant"}]}"#;
+    let spec = parse_spec(spec).expect("a config");
+    let result = moved_with(&rig_of("source", &walk), &rig_of("target", &target), &spec);
+    assert!(result.contacts.is_empty(), "{} points", result.contacts.len());
+    assert_eq!(result.clip.frame_count(), walk.clips[0].frame_count(), "all frames");
 }

@@ -375,7 +375,7 @@ impl Stage for ContactStage {
             walkers.iter().zip(hips).for_each(|(walker, hip)| *hip = pose.model[walker.hip].translation);
         };
         let rows = work.rows(width, || self.posing.pose(), fill)?;
-        let column = |index: usize| rows.iter().skip(index).step_by(width).copied();
+        let column = |index: usize| rows.iter().skip(index).step_by(width.max(1)).copied();
         let tracks: Vec<Tracked> = (0..points)
             .into_par_iter()
             .map(|index| {
