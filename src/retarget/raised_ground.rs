@@ -89,6 +89,15 @@ pub(in crate::retarget) fn raised_ground(
     is_sure.then(|| [0, 1].map(|foot| heights(&rests[foot], feet[foot].above_floor, times)))
 }
 
+/// How high that ground is, over floors at such heights; not a number where a foot is on the floor or in the air.
+pub(in crate::retarget) fn over_floors(grounds: [Vec<f64>; 2], floors: [f64; 2]) -> impl Iterator<Item = Vec<f64>> {
+    let over = |(ground, floor): (Vec<f64>, f64)| {
+        let heights = ground.into_iter().map(|above| if above > 0.0 { floor + above } else { f64::NAN });
+        heights.collect()
+    };
+    grounds.into_iter().zip(floors).map(over)
+}
+
 /// When a foot is still above the floor.
 fn rests(foot: &FootHeights<'_>, times: &[f64], leg: f64) -> Vec<Rest> {
     let is_still =

@@ -59,7 +59,7 @@ pub(super) fn find_standing(positions: &[DVec3], times_seconds: &[f64], leg: f64
 
 /// The same over a floor that is known to be so high.
 pub(super) fn find_standing_at(level: f64, positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Standing {
-    standing_at(level, &[], positions, &speeds(positions, times_seconds, leg), leg)
+    find_standing_on(level, &[], positions, times_seconds, leg)
 }
 
 /// The same where the foot stands on ground above that floor, too: how high that is, frame by frame; not a number where the foot is on the floor or

@@ -21,6 +21,8 @@ pub(super) struct Feet {
     pub(super) legs: Both<f64>,
     /// How high each point's joint is over the floor at rest, meters; nothing where the rig does not stand at rest.
     pub(super) ankles: Vec<Both<Option<f64>>>,
+    /// Slots of the left and the right hip, of a figure on two legs.
+    pub(super) hips: Option<[usize; 2]>,
 }
 
 /// A point of a foot on both sides.
@@ -32,8 +34,6 @@ pub(super) struct FootPoint {
     pub(super) slot: usize,
     /// The joint itself, where the slot is of the sole below it.
     pub(super) joint_slot: usize,
-    /// The hip above it, of a figure on two legs.
-    pub(super) hip_slot: Option<usize>,
     /// Whether it is one that stands; a toe tip only goes through the floor.
     pub(super) bears: bool,
 }
@@ -100,7 +100,6 @@ impl FootPoint {
         sizes: &Both<Size>,
         wanted: &mut Wanted,
     ) -> Self {
-        let hips = part.strip_suffix("_foot").and_then(|side| first_joint(rigs, &format!("{side}_thigh")));
         let anchor = Both {
             source: sole(rigs.source, joints.source, &sizes.source),
             target: sole(rigs.target, joints.target, &sizes.target),
@@ -112,7 +111,6 @@ impl FootPoint {
             joints,
             slot: wanted.point(anchor),
             joint_slot: wanted.joint(joints),
-            hip_slot: hips.map(|hips| wanted.joint(hips)),
             bears: name != "tip",
         }
     }
@@ -156,7 +154,9 @@ impl Feet {
             }
         };
         let ankles = points.iter().map(over_floor).collect();
-        (!points.is_empty()).then_some(Self { points, sizes, legs, ankles })
+        let hips = first_joint(rigs, "left_thigh").zip(first_joint(rigs, "right_thigh"));
+        let hips = hips.map(|(left, right)| [left, right].map(|hip| wanted.joint(hip)));
+        (!points.is_empty()).then_some(Self { points, sizes, legs, ankles, hips })
     }
 }
 

@@ -8,7 +8,7 @@ use super::{
     statistics::percentile,
 };
 use crate::retarget::{
-    raised_ground::{FootHeights, own_floors, raised_ground},
+    raised_ground::{FootHeights, over_floors, own_floors, raised_ground},
     stages::temporal::{smoothed, speeds},
 };
 
@@ -21,10 +21,11 @@ const MAX_FLOOR_LEGS: f64 = 0.1;
 /// The ground below a foot that stands is as high as the foot is in the middle of about so long a time: feet roll, and ground does not.
 const MIDDLE_SECONDS: f64 = 0.5;
 
-/// The ground under the feet of the source where that is raised, foot by foot: above the floor, meters; not a number where a foot is on the floor
-/// or in the air. Nothing where no foot ever stands above the floor, or the figure has no two feet.
+/// The ground under the feet of the source where that is raised, foot by foot: how high it is, meters; not a number where a foot is on the floor
+/// or in the air. `hips` are the slots of theirs, left and right. Nothing where no foot ever stands above the floor, or the figure has no two feet.
 pub(super) fn under_source(
     points: &[FootPoint],
+    hips: [usize; 2],
     standing: &[Both<Standing>],
     compared: &Compared,
     leg: f64,
@@ -38,7 +39,6 @@ pub(super) fn under_source(
         }
     }
     let [left, right] = feet[..] else { return None };
-    let hips = left.hip_slot.zip(right.hip_slot).map(|(left, right)| [left, right])?;
     let level = |foot: &FootPoint| {
         let of_foot = bearing().filter(|(point, _)| point.part == foot.part);
         of_foot.map(|(_, standing)| standing.source.level).fold(f64::INFINITY, f64::min)
@@ -70,12 +70,8 @@ pub(super) fn under_source(
         frames.clone().map(over_foot).collect::<Vec<f64>>()
     });
     let heights = [0, 1].map(|foot| FootHeights { above_floor: &above[foot], speeds: &speed[foot], hip: &hip[foot] });
-    let grounds = raised_ground(&heights, times, leg)?;
-    let of_foot = |((foot, floor), above): ((&FootPoint, f64), Vec<f64>)| {
-        let heights = above.into_iter().map(|above| if above > 0.0 { floor + above } else { f64::NAN });
-        (foot.part.clone(), heights.collect())
-    };
-    Some([left, right].into_iter().zip(floors).zip(grounds).map(of_foot).collect())
+    let grounds = over_floors(raised_ground(&heights, times, leg)?, floors);
+    Some([left, right].into_iter().map(|foot| foot.part.clone()).zip(grounds).collect())
 }
 
 /// How high the ground under every foot is above the floor, where feet were found to stand above it: what the source's feet stand on, and

@@ -50,7 +50,8 @@ impl Feet {
             }
         }
         let is_level = floors.source == DVec3::ZERO && !is_airborne.source;
-        let raised = is_level.then(|| under_source(&self.points, &standing, compared, self.legs.source)).flatten();
+        let raised = self.hips.filter(|_| is_level);
+        let raised = raised.and_then(|hips| under_source(&self.points, hips, &standing, compared, self.legs.source));
         if let Some(raised) = &raised {
             self.stand_on(raised, &mut standing, &positions, compared);
         }

@@ -12,7 +12,7 @@ use retargetd::{
 
 use super::retargeted;
 use crate::{
-    quality::figure::{Figure, world},
+    quality::figure::{Figure, value, world},
     support::corpus_file,
 };
 
@@ -362,10 +362,6 @@ fn undriven(source: &Figure, target: &Figure, seen: &Seen) -> Vec<String> {
         }
     }
     found
-}
-
-fn value(measures: &Measures, name: MetricName) -> f64 {
-    measures.metrics[&name].value.unwrap_or_else(|| panic!("{}: {:?}", name.name(), measures.metrics[&name].reason))
 }
 
 /// Where the report and the judge disagree. The judge knows no other rest pose than that of the file's nodes, so that it cannot say how

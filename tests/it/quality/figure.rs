@@ -6,8 +6,10 @@ use glam::{DMat4, DQuat, DVec3, Vec3};
 use retargetd::{
     engine::{Inspection, NamedBytes, OneOrMore, inspect},
     formats::{self, Limits},
-    model::{Clip, Control, Reporter, Scene, Skeleton, Track},
-    retarget::{ContactTrack, Measures, Resolved, RetargetSpec, Stack, StackResult, measure, resolve},
+    model::{Clip, Control, JointTracks, Reporter, Scene, Skeleton, Track},
+    retarget::{
+        ContactTrack, Measures, Metric, MetricName, Resolved, RetargetSpec, Stack, StackResult, measure, resolve,
+    },
     rig::{Rig, RigSpec},
 };
 
@@ -104,6 +106,12 @@ pub(crate) fn measured(from: &Rig<'_>, onto: &Rig<'_>, result: &StackResult) -> 
     measure(&resolved.mapping, from, onto, clip, &result.clip, &spec.report, &result.reaches)
 }
 
+/// What a metric that is measured says.
+pub(crate) fn value(measures: &Measures, name: MetricName) -> f64 {
+    let Metric { value, reason, .. } = &measures.metrics[&name];
+    value.unwrap_or_else(|| panic!("{name:?} is not measured: {reason:?}"))
+}
+
 /// The share of frames in which both say the same of every point.
 pub(crate) fn agreement(one: &[ContactTrack], other: &[ContactTrack]) -> f64 {
     let pairs: Vec<(bool, bool)> = one
@@ -128,7 +136,12 @@ pub(crate) fn with_roots_moved(scene: &Scene, by: impl Fn(f64) -> Vec3) -> Scene
             places.iter_mut().zip(clip.times_seconds()).for_each(|(place, time)| *place += by(*time));
         }
     }
-    let clip = clip.clone().with_joints(joints).expect("a clip");
+    with_tracks(scene, joints)
+}
+
+/// The scene with its first clip alone, in which joints have these tracks.
+pub(crate) fn with_tracks(scene: &Scene, tracks: Vec<JointTracks>) -> Scene {
+    let clip = scene.clips[0].clone().with_joints(tracks).expect("a clip");
     Scene { clips: vec![clip], ..scene.clone() }
 }
 

@@ -10,14 +10,14 @@ use retargetd::{
 use crate::support::corpus_file;
 
 use super::figure::{
-    Figure, agreement, measured, moved, moved_with, position, rig_of, rotation, with_roots_moved, world,
+    Figure, agreement, measured, moved, moved_with, position, rig_of, rotation, value, with_roots_moved, with_tracks,
+    world,
 };
 
 /// A walk turned about where it begins: up a slope.
 fn up_a_slope(walk: &Scene, degrees: f32) -> Scene {
     let clip = &walk.clips[0];
-    let root = walk.skeleton.joints().iter().position(|joint| joint.parent.is_none()).expect("a root");
-    let Track::Sampled(way) = &clip.joints()[rig_of("walk", walk).role("pelvis")[0].max(root)].translation else {
+    let Track::Sampled(way) = &clip.joints()[rig_of("walk", walk).role("pelvis")[0]].translation else {
         panic!("a pelvis that moves")
     };
     let level = |place: Vec3| Vec3::new(place.x, 0.0, place.z);
@@ -32,8 +32,7 @@ fn up_a_slope(walk: &Scene, degrees: f32) -> Scene {
             turns.iter_mut().for_each(|own| *own = turn * *own);
         }
     }
-    let clip = clip.clone().with_joints(joints).expect("a clip");
-    Scene { clips: vec![clip], ..walk.clone() }
+    with_tracks(walk, joints)
 }
 
 /// The walk over stairs that rise by so much for every meter of the way: each step of a foot is on a tread of its own, and the pelvis goes along.
@@ -74,18 +73,13 @@ fn up_stairs(walk: &Scene, rise: f64) -> Scene {
             }
         }
     }
-    let clip = clip.clone().with_joints(joints).expect("a clip");
-    Scene { clips: vec![clip], ..walk.clone() }
+    with_tracks(walk, joints)
 }
 
-fn toes(target: &Scene, result: &StackResult, frame: usize) -> [glam::DVec3; 2] {
+fn toes(target: &Scene, result: &StackResult, frame: usize) -> [DVec3; 2] {
     let roles = rig_of("target", target);
     let pose = world(&target.skeleton, Some((&result.clip, frame)));
     ["left_toe", "right_toe"].map(|role| position(&pose, roles.role(role)[0]))
-}
-
-fn value(measures: &Measures, name: MetricName) -> f64 {
-    measures.metrics[&name].value.unwrap_or_else(|| panic!("{name:?} is not measured"))
 }
 
 /// A walk, and the same on other ground, both retargeted: the share of frames in which contacts of the source agree, and what the report says of

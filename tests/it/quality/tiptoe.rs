@@ -2,11 +2,11 @@
 
 use glam::{DQuat, DVec3};
 use retargetd::{
-    model::{Clip, JointTracks, Scene, Track},
+    model::{JointTracks, Scene, Track},
     samples,
 };
 
-use super::figure::{moved, position, rig_of, rotation, world};
+use super::figure::{moved, position, rig_of, rotation, with_tracks, world};
 
 /// How far the heels are up.
 const RAISED_DEGREES: f64 = 35.0;
@@ -84,6 +84,5 @@ fn on_toes(walk: &Scene, degrees: f64) -> Scene {
         clip.joints()[pelvis].translation.at(frame, rest) + lifted.as_vec3()
     });
     joints[pelvis].translation = Track::Sampled(places.collect());
-    let clip: Clip = clip.clone().with_joints(joints).expect("a clip");
-    Scene { clips: vec![clip], ..walk.clone() }
+    with_tracks(walk, joints)
 }

@@ -3,11 +3,13 @@
 use glam::Vec3;
 use retargetd::{
     model::{Scene, Track},
-    retarget::{Measures, Metric, MetricName, StackResult, parse_spec},
+    retarget::{MetricName, StackResult, parse_spec},
     samples,
 };
 
-use super::figure::{agreement, measured, moved, moved_with, position, rig_of, with_roots_moved, world};
+use super::figure::{
+    agreement, measured, moved, moved_with, position, rig_of, value, with_roots_moved, with_tracks, world,
+};
 
 /// The result, and the joints of the target's toes.
 fn walked(source: &Scene, target: &Scene) -> (StackResult, [usize; 2]) {
@@ -38,11 +40,6 @@ fn feet_of_a_walk_on_the_spot_stand_when_those_of_the_walk_do() {
             assert!((over_floor - on_spot).abs() < 0.004, "frame {frame}: toes at {over_floor} and {on_spot} m");
         }
     }
-}
-
-fn value(measures: &Measures, name: MetricName) -> f64 {
-    let Metric { value, reason, .. } = &measures.metrics[&name];
-    value.unwrap_or_else(|| panic!("{name:?} is not measured: {reason:?}"))
 }
 
 #[test]
@@ -96,7 +93,6 @@ fn a_figure_that_slides_along_does_not_make_the_floor_run() {
             *places = (0..frames).map(|frame| first + Vec3::Z * (frame as f32 / 30.0)).collect();
         }
     }
-    let slide = walk.clips[0].clone().with_joints(joints).expect("a clip");
-    let (slid, _) = walked(&Scene { clips: vec![slide], ..walk }, &target);
+    let (slid, _) = walked(&with_tracks(&walk, joints), &target);
     assert!(slid.contacts.iter().all(|track| !track.touches.contains(&true)), "nothing stands");
 }

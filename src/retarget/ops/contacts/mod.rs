@@ -13,7 +13,7 @@ pub(in crate::retarget) mod spec;
 pub use self::spec::{ContactFloor, ContactFloorRule, ContactsOp};
 
 use crate::retarget::mapping::{Ground, LimbPair};
-use crate::retarget::raised_ground::{FootHeights, own_floors, raised_ground};
+use crate::retarget::raised_ground::{FootHeights, over_floors, own_floors, raised_ground};
 use crate::retarget::stages::stage::Stage;
 use crate::retarget::treadmill::{FootWay, floor_velocity};
 use crate::retarget::{
@@ -202,12 +202,13 @@ impl ContactStage {
             .map_or([0.0; 2], |walkers| own_floors(walkers.each_ref().map(|walker| level(walker.limb)), self.scale))
     }
 
-    /// The ground above the floor that the feet of a figure stand on: limb by limb, frame by frame.
-    fn raised(
+    /// The ground above the floor that the feet of a figure stand on: limb by limb, how high it is, frame by frame; not a number where the foot is on
+    /// the floor or in the air. `hip` says where the hip of each of the two feet is.
+    fn raised<I: Iterator<Item = DVec3>>(
         &self,
         tracks: &[Tracked],
         floors: [f64; 2],
-        hips: [impl Iterator<Item = DVec3>; 2],
+        hip: impl Fn(usize) -> I,
         work: &Work<'_>,
     ) -> Vec<(usize, Vec<f64>)> {
         let is_adaptive = self.op.detect && self.op.floor == ContactFloor::Rule(ContactFloorRule::Adaptive);
@@ -223,22 +224,18 @@ impl ContactStage {
             }
             above
         });
-        let mut walker = walkers.iter();
-        let hips = hips.map(|hips| {
-            let heights = walker.next().map_or(&[][..], |walker| &tracks[walker.point].heights);
-            hips.zip(heights).map(|(hip, foot)| hip.dot(self.ground.up) - foot).collect::<Vec<f64>>()
+        let hips = [0, 1].map(|foot| {
+            let heights = &tracks[walkers[foot].point].heights;
+            hip(foot).zip(heights).map(|(hip, foot)| hip.dot(self.ground.up) - foot).collect::<Vec<f64>>()
         });
         let feet = [0, 1].map(|foot| FootHeights {
             above_floor: &above_floor[foot],
             speeds: &tracks[walkers[foot].point].speeds,
             hip: &hips[foot],
         });
-        let grounds = raised_ground(&feet, work.performed, self.scale).into_iter().flatten();
-        let of_foot = |((walker, floor), above): ((&Walker, f64), Vec<f64>)| {
-            let heights = above.into_iter().map(|above| if above > 0.0 { floor + above } else { f64::NAN });
-            (walker.limb, heights.collect())
-        };
-        walkers.iter().zip(floors).zip(grounds).map(of_foot).collect()
+        let grounds = raised_ground(&feet, work.performed, self.scale).into_iter();
+        let heights = grounds.flat_map(|grounds| over_floors(grounds, floors));
+        walkers.iter().zip(heights).map(|(walker, heights)| (walker.limb, heights)).collect()
     }
 
     /// Whether it is a tip that rests where no floor is: below where a foot stands on heel and ball.
@@ -314,8 +311,8 @@ impl ContactStage {
             ContactFloor::Height(meters) => Some(meters * self.ground.units_per_meter),
         };
         let is_raised = |frame: usize| {
-            let ground = raised.get(frame).copied().filter(|ground| ground.is_finite());
-            ground.is_some_and(|ground| (track.heights[frame] - ground).abs() < SLOPING_METERS * self.scale)
+            let is_near = |ground: &f64| (track.heights[frame] - ground).abs() < SLOPING_METERS * self.scale;
+            raised.get(frame).is_some_and(is_near)
         };
         // Above the floor a point is as low as where it rests, at the frame `rest`.
         let is_low = |frame: usize, rest: usize, height: f64| {
@@ -390,11 +387,10 @@ impl Stage for ContactStage {
         let is_airborne = self.is_airborne(&tracks);
         let is_sunk = |index: usize| self.is_sunk(&self.points[index], levels[index], &levels);
         let floors = self.floors(&levels);
-        let hips = [0, 1].map(|walker| column(points + walker));
         let raised = if is_airborne || floor_velocity != DVec3::ZERO {
             Vec::new()
         } else {
-            self.raised(&tracks, floors, hips, work)
+            self.raised(&tracks, floors, |foot| column(points + foot), work)
         };
         let level_of = |index: usize| {
             let is_raised =
