@@ -15,8 +15,8 @@ const WITHIN: f64 = 0.6;
 const BAND: f64 = 0.08;
 /// Share of the points of the trunk there that lie within its width and its depth.
 const WITHIN_TRUNK: f64 = 0.9;
-/// Share of the points of a joint that lie within the ends of its mesh on a side.
-const WITHIN_ENDS: f64 = 0.95;
+/// What is lower below the pelvis than this, in legs, is no trunk but a skirt, a cape or a tail.
+const LAP: f64 = 0.3;
 /// A mesh that says a part is thinner or thicker than usual by more than this factor is clothes, or belongs to something else.
 const MAX_UNUSUAL: f64 = 2.5;
 
@@ -148,15 +148,15 @@ fn capsules(side: &Rig<'_>, unit: f64) -> Vec<Named> {
 }
 
 /// A rig at rest.
-struct Body<'a, 'b> {
+pub(super) struct Body<'a, 'b> {
     side: &'a Rig<'b>,
     unit: f64,
     /// Hip to ankle, in the scene's unit.
-    leg: f64,
+    pub(super) leg: f64,
 }
 
 impl<'a, 'b> Body<'a, 'b> {
-    fn of(side: &'a Rig<'b>, unit: f64) -> Option<Self> {
+    pub(super) fn of(side: &'a Rig<'b>, unit: f64) -> Option<Self> {
         let mut body = Self { side, unit, leg: 0.0 };
         let [thigh, shin, foot] = ["left_thigh", "left_shin", "left_foot"].map(|role| body.place(role));
         let (thigh, shin, foot) = (thigh?, shin?, foot?);
@@ -164,19 +164,19 @@ impl<'a, 'b> Body<'a, 'b> {
         (body.leg > 0.0).then_some(body)
     }
 
-    fn first(&self, role: &str) -> Option<usize> {
+    pub(super) fn first(&self, role: &str) -> Option<usize> {
         self.side.role(role).first().copied()
     }
 
-    fn at(&self, joint: usize) -> DVec3 {
+    pub(super) fn at(&self, joint: usize) -> DVec3 {
         self.side.rest.transforms()[joint].translation
     }
 
-    fn place(&self, role: &str) -> Option<DVec3> {
+    pub(super) fn place(&self, role: &str) -> Option<DVec3> {
         self.first(role).map(|joint| self.at(joint))
     }
 
-    fn anchor(&self, joint: usize, place: DVec3) -> Anchor {
+    pub(super) fn anchor(&self, joint: usize, place: DVec3) -> Anchor {
         let rest = self.side.rest.transforms()[joint];
         Anchor { joint, offset: rest.rotation.conjugate() * (place - rest.translation) * self.unit }
     }
@@ -201,7 +201,8 @@ impl<'a, 'b> Body<'a, 'b> {
     /// See [`trunk_ends`].
     fn trunk_ends(&self) -> Vec<(Anchor, f64)> {
         let joints = self.side.role("pelvis").iter().chain(self.side.role("spine"));
-        let of_mesh: Vec<(Anchor, f64)> = joints.flat_map(|&joint| self.ends_of(joint)).collect();
+        let lap = self.place("pelvis").map_or(f64::NEG_INFINITY, |pelvis| pelvis.dot(self.side.up()) - LAP * self.leg);
+        let of_mesh: Vec<(Anchor, f64)> = joints.flat_map(|&joint| self.ends_of(joint, lap)).collect();
         if !of_mesh.is_empty() {
             return of_mesh;
         }
@@ -209,9 +210,9 @@ impl<'a, 'b> Body<'a, 'b> {
         self.trunk().iter().filter(|(name, ..)| *name != "head").flat_map(ends).collect()
     }
 
-    /// What the mesh of a joint reaches to along its axes and between them.
-    fn ends_of(&self, joint: usize) -> Vec<(Anchor, f64)> {
-        let points: Vec<DVec3> = self.mesh_points(&[joint]).collect();
+    /// What the mesh of a joint reaches to along its axes and between them, but for what is below a height.
+    fn ends_of(&self, joint: usize, lap: f64) -> Vec<(Anchor, f64)> {
+        let points: Vec<DVec3> = self.mesh_points(&[joint]).filter(|point| point.dot(self.side.up()) > lap).collect();
         if points.len() < FEW_POINTS {
             return Vec::new();
         }
@@ -221,8 +222,8 @@ impl<'a, 'b> Body<'a, 'b> {
             sides.into_iter().flat_map(|x| sides.into_iter().flat_map(move |y| sides.map(|z| DVec3::new(x, y, z))));
         let end = |direction: DVec3| {
             let direction = direction.try_normalize()?;
-            let mut ways: Vec<f64> = points.iter().map(|point| (*point - center).dot(direction)).collect();
-            Some((self.anchor(joint, center + direction * share_of(&mut ways, WITHIN_ENDS)), 0.0))
+            let ways = points.iter().map(|point| (*point - center).dot(direction));
+            Some((self.anchor(joint, center + direction * ways.fold(0.0, f64::max)), 0.0))
         };
         directions.filter_map(end).collect()
     }

@@ -9,6 +9,7 @@ mod feet;
 pub(crate) mod figure;
 mod fingers;
 mod gait;
+mod hands_on_floor;
 mod heads;
 mod invariance;
 mod limbs;

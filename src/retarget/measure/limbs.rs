@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     body::{Size, first_joint, last_joint},
+    clearance::Clearance,
     metric::{Finding, Reading, Series},
     motion::{Both, Compared, Wanted},
     statistics::{mean, percentile},
@@ -18,7 +19,7 @@ use crate::{
         rotation::{degrees, twist_angle},
     },
     retarget::mapping::Mapping,
-    rig::{Rig, standing_floor},
+    rig::{Limb, Rig, standing_floor},
 };
 
 /// Limbs whose direction is compared: role of the start, roles of the end in order of preference.
@@ -46,6 +47,12 @@ const ENDS: [(&str, &[&str]); 4] = [
 /// Limbs that are legs.
 const LEGS: [[&str; 2]; 2] = [["left_thigh", "left_shin"], ["right_thigh", "right_shin"]];
 
+/// Limbs that are arms, with their hands.
+const ARMS: [(Limb, [&str; 2], &str); 2] = [
+    (Limb::LeftArm, ["left_upper_arm", "left_forearm"], "left_hand"),
+    (Limb::RightArm, ["right_upper_arm", "right_forearm"], "right_hand"),
+];
+
 /// Joints whose whole turn is compared.
 const WHOLE: [&str; 6] = ["pelvis", "head", "left_hand", "right_hand", "left_foot", "right_foot"];
 
@@ -60,11 +67,6 @@ const TWISTS: [&str; 8] = [
     "right_thigh",
     "right_shin",
 ];
-
-/// How deep a foot may be turned into the floor before it lies flatter than the source's by right, at a leg of 1 m.
-const INTO_THE_FLOOR_METERS: f64 = 0.02;
-/// Rounds of halving in which it is found how much flatter it has to be.
-const HALVINGS: usize = 7;
 
 /// The direction error of one limb over the clip, in degrees.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -81,11 +83,20 @@ pub struct LimbDirection {
 
 /// What is looked at.
 pub(super) struct Limbs {
-    limbs: Vec<Limb>,
+    limbs: Vec<Part>,
     wholes: Vec<Whole>,
+    arms: Vec<Arm>,
 }
 
-struct Limb {
+/// An arm of the target whose hand may have to be kept out of the floor.
+struct Arm {
+    roles: [&'static str; 2],
+    /// Slots of shoulder, elbow and wrist.
+    slots: [usize; 3],
+    clearance: Clearance,
+}
+
+struct Part {
     role: &'static str,
     joint: usize,
     start: usize,
@@ -109,16 +120,6 @@ struct Whole {
     clearance: Option<Clearance>,
 }
 
-/// What of a foot of the target can be in the floor, however its toes are bent.
-struct Clearance {
-    /// Slot of the ankle.
-    ankle: usize,
-    /// From the ankle, in the rest pose that turns are counted from; canonical, meters.
-    points: Vec<DVec3>,
-    /// What is higher is not in the floor; canonical, meters.
-    lowest: f64,
-}
-
 /// The series of this family.
 pub(super) struct LimbSeries {
     pub(super) directions: Vec<Series>,
@@ -132,7 +133,7 @@ impl Limbs {
         let limb = |role: &'static str, ends: &[&str], has_direction: bool, wanted: &mut Wanted| {
             let end = ends.iter().find_map(|end| first_joint(rigs, end))?;
             let (start, turned) = (first_joint(rigs, role)?, last_joint(rigs, role)?);
-            Some(Limb {
+            Some(Part {
                 role,
                 joint: start.target,
                 start: wanted.joint(start),
@@ -153,10 +154,18 @@ impl Limbs {
             let joint = last_joint(rigs, role)?;
             let is_foot = role.ends_with("_foot");
             let upper_side = is_foot.then(|| upper_side(rigs.target, mapping, joint.target)).flatten();
-            let clearance = if is_foot { Clearance::find(rigs.target, size, mapping, joint, wanted) } else { None };
+            let clearance = if is_foot { Clearance::of_foot(rigs.target, size, mapping, joint, wanted) } else { None };
             Some(Whole { role, joint: joint.target, turn: wanted.turn(joint), upper_side, clearance })
         };
-        Self { limbs, wholes: WHOLE.into_iter().filter_map(whole).collect() }
+        let wholes = WHOLE.into_iter().filter_map(whole).collect();
+        let mut found = Self { limbs, wholes, arms: Vec::new() };
+        for (arm, roles, hand) in ARMS {
+            let hand = first_joint(rigs, hand);
+            let clearance = hand.and_then(|hand| Clearance::of_hand(rigs.target, size, mapping, (arm, hand), wanted));
+            let arm = found.arm(&roles).zip(clearance).map(|(slots, clearance)| Arm { roles, slots, clearance });
+            found.arms.extend(arm);
+        }
+        found
     }
 
     /// The frames of the clip in which feet of the source stand with all of their points, and those in which its trunk is on the floor.
@@ -170,10 +179,13 @@ impl Limbs {
             joint,
             values: (0..compared.len()).map(value).collect(),
         };
-        let direction = |limb: &Limb| {
+        let direction = |limb: &Part| {
             let leg = LEGS.iter().find(|leg| leg.contains(&limb.role)).and_then(|leg| self.leg(leg));
+            let arm = self.arms.iter().find(|arm| arm.roles.contains(&limb.role));
             let value = |frame: usize| {
-                let degrees = limb.direction_degrees(compared, frame);
+                // What keeps a hand out of the floor is no error.
+                let share = arm.map_or(0.0, |arm| arm.clearance.raised(arm.slots, compared, frame));
+                let degrees = limb.direction_degrees(compared, frame) * (1.0 - share);
                 let lying = leg.and_then(|leg| lying_degrees(leg, compared, resting, frame));
                 // What has no direction stays without one.
                 lying.filter(|_| degrees.is_finite()).map_or(degrees, |lying| (degrees - lying).max(0.0))
@@ -185,7 +197,7 @@ impl Limbs {
         let whole = |whole: &Whole| {
             series(whole.role, whole.joint, &|frame| whole.degrees(compared, frame, is_flat(whole.role, frame)))
         };
-        let twist = |limb: &Limb| {
+        let twist = |limb: &Part| {
             let foot = self.wholes.iter().find(|whole| whole.role == limb.role);
             let tilt = |frame: usize| foot.filter(|_| is_flat(limb.role, frame))?.tilt_degrees(compared, frame);
             // A foot that lies flat is not rolled, however the source's foot was tilted in its rest pose.
@@ -206,6 +218,12 @@ impl Limbs {
         let [thigh, shin] = roles.map(|role| self.limbs.iter().find(|limb| limb.role == role));
         Some([thigh?.start, shin?.end])
     }
+
+    /// Shoulder, elbow and wrist.
+    fn arm(&self, roles: &[&str; 2]) -> Option<[usize; 3]> {
+        let [upper, lower] = roles.map(|role| self.limbs.iter().find(|limb| limb.role == role));
+        Some([upper?.start, lower?.start, lower?.end])
+    }
 }
 
 /// By how many degrees a leg of the target is steeper or flatter than the source's while the body sits or lies and its foot is on the floor:
@@ -222,7 +240,7 @@ fn lying_degrees(leg: [usize; 2], compared: &Compared, resting: &Resting, frame:
     Some((steepness(true) - steepness(false)).abs())
 }
 
-impl Limb {
+impl Part {
     fn direction(&self, compared: &Compared, is_target: bool, frame: usize) -> DVec3 {
         let side = compared.side(is_target);
         side.position(frame, self.end) - side.position(frame, self.start)
@@ -255,7 +273,7 @@ impl Whole {
         if let Some(tilt) = self.tilt_degrees(compared, frame).filter(|_| is_flat) {
             return whole.min(tilt.max(heading()));
         }
-        match self.clearance.as_ref().map_or(0.0, |clearance| clearance.flatter(compared, self.turn, frame)) {
+        match self.clearance.as_ref().map_or(0.0, |clearance| clearance.flatter(compared, frame)) {
             share if share > 0.0 => whole.min((whole * (1.0 - share)).max(heading())),
             _ => whole,
         }
@@ -265,39 +283,6 @@ impl Whole {
     fn tilt_degrees(&self, compared: &Compared, frame: usize) -> Option<f64> {
         let upper_side = self.upper_side?;
         Some(angle(compared.target.turn(frame, self.turn) * upper_side, DVec3::Y))
-    }
-}
-
-impl Clearance {
-    /// Nothing where it is not known where the floor is, or the foot.
-    fn find(rig: &Rig<'_>, size: &Size, mapping: &Mapping, foot: Both<usize>, wanted: &mut Wanted) -> Option<Self> {
-        let (floor, leg) = (size.floor?, size.leg?);
-        let pair = mapping.limbs.iter().find(|pair| pair.limb.is_leg() && pair.target.end == foot.target)?;
-        let rest = rig.canonical_from_scene * mapping.target_rest.transforms()[foot.target].rotation;
-        let points = pair.target_foot.points.iter().filter(|point| !point.gives_way && point.toes < 0.5);
-        let points: Vec<DVec3> = points.map(|point| rest * point.from_end * rig.unit_meters).collect();
-        let lowest = floor - INTO_THE_FLOOR_METERS * leg;
-        (!points.is_empty()).then(|| Self { ankle: wanted.joint(foot), points, lowest })
-    }
-
-    /// The share of the way from how the source's foot is turned to how the target's is that keeps the foot, its ankle where it is, out of the
-    /// floor: all of it where that is not enough.
-    fn flatter(&self, compared: &Compared, turn: usize, frame: usize) -> f64 {
-        let (source, target) = (compared.source.turn(frame, turn), compared.target.turn(frame, turn));
-        let ankle = compared.target.position(frame, self.ankle).y;
-        let is_clear = |share: f64| {
-            let turned = source.slerp(target, share);
-            self.points.iter().all(|point| ankle + (turned * *point).y > self.lowest)
-        };
-        if is_clear(0.0) {
-            return 0.0;
-        }
-        let (mut from, mut to) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = (from + to) / 2.0;
-            *(if is_clear(middle) { &mut to } else { &mut from }) = middle;
-        }
-        to
     }
 }
 

@@ -36,7 +36,13 @@ pub(super) fn loop_seam(mapping: &Mapping, performers: &Both<Performer<'_>>, siz
         let source = from_pelvis(rigs.source, pelvis.source, joint.source);
         if source > 0.0 { from_pelvis(rigs.target, pelvis.target, joint.target) / source } else { 0.0 }
     };
+    // What the pelvis hangs from is not seen, and may stay where the source's gets on.
+    let skeleton = rigs.target.skeleton();
+    let is_seen = |joint: &Both<usize>| {
+        joint.target == pelvis.target || !skeleton.is_ancestor_or_self(joint.target, pelvis.target)
+    };
     let roles = rigs.target.roles.keys().filter_map(|role| Some((role, first_joint(&rigs, role)?)));
+    let roles = roles.filter(|(_, joint)| is_seen(joint));
     let points: Vec<Point<'_>> = roles
         .map(|(role, joint)| Point {
             role,

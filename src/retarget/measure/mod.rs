@@ -11,6 +11,8 @@
 mod agreement;
 mod bends;
 mod body;
+mod body_depth;
+mod clearance;
 mod collisions;
 mod contacts;
 mod coverage;
@@ -38,6 +40,7 @@ mod statistics;
 mod tracks;
 mod travel;
 mod trunk;
+mod vertex_set;
 
 #[cfg(test)]
 mod tests;
@@ -50,6 +53,7 @@ use serde::{Deserialize, Serialize};
 use self::{
     bends::Bends,
     body::Size,
+    body_depth::body_depth,
     collisions::Collisions,
     coverage::undriven_body,
     curves::Keep,
@@ -199,6 +203,7 @@ pub fn measure(
         (MetricName::UndrivenBody, undriven_body(mapping, &performers)),
         (MetricName::RestResidual, rest_residual(&rigs)),
         (MetricName::LoopSeam, loop_seam(mapping, &performers, &sizes)),
+        (MetricName::BodyPenetration, body_depth(&performers, &sizes, looked_at, every.has_raised_ground)),
     ];
     let judged = |(name, finding): (MetricName, Finding)| {
         (name, judge(name, finding, choice, target.skeleton(), result.times_seconds()))
@@ -234,6 +239,7 @@ struct OfEveryFrame {
     slide_speeds: Vec<Series>,
     flat: BTreeMap<String, Vec<bool>>,
     resting: Resting,
+    has_raised_ground: bool,
     floor_speeds: Option<SidePair>,
 }
 
@@ -274,6 +280,7 @@ impl OfEveryFrame {
             slide_speeds: feet.slide_speeds,
             flat: feet.flat,
             resting,
+            has_raised_ground: has_ground,
             floor_speeds: floor_speeds(&feet.floors, performers.source.clip.tempo()),
         }
     }

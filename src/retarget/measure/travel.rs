@@ -9,7 +9,7 @@ use super::{
     motion::{Both, Compared, Wanted},
     trunk::Resting,
 };
-use crate::rig::Rig;
+use crate::rig::{Rig, anatomy::rides};
 
 /// Sway is faster than this.
 const SWAY_SECONDS: f64 = 1.0;
@@ -38,6 +38,12 @@ struct Hips {
     carrier: Option<usize>,
 }
 
+/// What turns a thigh about the body: what it hangs from, or the pelvis where the file hangs it from the armature or the spine.
+fn carrier_of(rig: &Rig<'_>, thigh: usize) -> Option<usize> {
+    let ride = rides(rig).into_iter().find(|ride| ride.joint == thigh);
+    ride.map(|ride| ride.on).or_else(|| rig.skeleton().parent(thigh))
+}
+
 impl Travel {
     pub(super) fn find(rigs: &Both<&Rig<'_>>, sizes: &Both<Size>, wanted: &mut Wanted) -> Self {
         let mut part = |role: &str| {
@@ -47,8 +53,8 @@ impl Travel {
         let pelvis = part("pelvis");
         let thighs = part("left_thigh").zip(part("right_thigh"));
         let carrier = first_joint(rigs, "left_thigh").and_then(|thigh| {
-            let source = rigs.source.skeleton().parent(thigh.source)?;
-            Some(wanted.turn(Both { source, target: rigs.target.skeleton().parent(thigh.target)? }))
+            let source = carrier_of(rigs.source, thigh.source)?;
+            Some(wanted.turn(Both { source, target: carrier_of(rigs.target, thigh.target)? }))
         });
         let hips = thighs.map(|(left, right)| Hips { joint: left.joint, thighs: [left.slot, right.slot], carrier });
         Self { pelvis, hips, leg: sizes.target.leg }

@@ -161,6 +161,9 @@ pub enum MetricName {
     /// How far a joint jumps where a clip that is played over and over begins again, beyond what the source's does, at 1 m leg length;
     /// largest.
     LoopSeam,
+    /// How much deeper hands, arms, head, knees and trunk are in the floor than the source's, at 1 m leg length; 98th percentile over
+    /// frames, of the worst part.
+    BodyPenetration,
 }
 
 /// What is known of a metric before anything is measured.
@@ -206,7 +209,7 @@ impl MetricName {
 }
 
 /// The one place of all thresholds.
-const METRICS: [MetricInfo; 28] = [
+const METRICS: [MetricInfo; 29] = [
     MetricInfo {
         metric: MetricName::FootSlide,
         name: "foot_slide",
@@ -493,6 +496,16 @@ const METRICS: [MetricInfo; 28] = [
         forgives_source: false,
         weight: 1.0,
         about: "how far a joint jumps where a clip that is played over and over begins again, beyond what the source's does, at 1 m leg length; largest",
+    },
+    MetricInfo {
+        metric: MetricName::BodyPenetration,
+        name: "body_penetration",
+        unit: "cm",
+        threshold: Threshold { warn_above: 2.0, fail_above: 8.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "how much deeper the lowest vertex of hands, arms, head, knees or trunk (without a mesh: their joints) is in the floor than the source's, at 1 m leg length; 98th percentile over frames, of the worst part",
     },
 ];
 

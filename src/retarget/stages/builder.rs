@@ -216,15 +216,8 @@ impl<'a> StackBuilder<'a> {
             );
         }
         let limb = |(limb, op): &(usize, IkOp)| SolvedLimb {
-            limb: *limb,
-            slots: LimbSlots::new(&self.limb(*limb).target, &posing),
-            rest: self.rest(*limb),
-            hangs: Hangs::of(self.target, &self.limb(*limb).target),
-            softness: op.softness,
-            stretch: op.stretch,
-            align_pole: op.align_pole,
-            pole_offset: op.pole_offset.to_radians(),
             is_smooth: moves_feet && self.limb(*limb).limb.is_leg() && op.stretch <= 1.0,
+            ..self.solved_limb(*limb, op, &posing)
         };
         let limbs = open.iter().map(limb).collect();
         self.push(SolveStage { limbs, posing, limb_count: self.limb_count(), changed });
@@ -232,14 +225,32 @@ impl<'a> StackBuilder<'a> {
         self.stages.append(&mut self.after_solve);
     }
 
+    /// A limb that reaches for goals frame by frame.
+    pub(in crate::retarget) fn solved_limb(&self, limb: usize, op: &IkOp, posing: &Posing) -> SolvedLimb {
+        SolvedLimb {
+            limb,
+            slots: LimbSlots::new(&self.limb(limb).target, posing),
+            rest: self.rest(limb),
+            hangs: Hangs::of(self.target, &self.limb(limb).target),
+            softness: op.softness,
+            stretch: op.stretch,
+            align_pole: op.align_pole,
+            pole_offset: op.pole_offset.to_radians(),
+            is_smooth: false,
+        }
+    }
+
     /// After each stage that moves joints which others ride.
     pub(in crate::retarget) fn place_riders(&mut self) {
-        let posing = |joints: &[usize]| self.target_posing(joints.iter().copied());
-        let (rides, driven) = (&self.mapping.rides, self.mapping.driven());
-        let stage = RideStage::new(self.target, rides, &driven, posing);
-        if let Some(stage) = stage {
+        if let Some(stage) = self.riders() {
             self.push(stage);
         }
+    }
+
+    /// Places what rides joints that were moved; nothing where nothing rides.
+    pub(in crate::retarget) fn riders(&self) -> Option<RideStage> {
+        let posing = |joints: &[usize]| self.target_posing(joints.iter().copied());
+        RideStage::new(self.target, &self.mapping.rides, &self.mapping.driven(), posing)
     }
 
     fn pull_pelvis(&mut self, open: &[(usize, IkOp)]) {

@@ -29,9 +29,9 @@ use super::{
 /// Standard deviation of the smoothing of what the bends of legs change by.
 const BEND_SECONDS: f64 = 0.03;
 /// Standard deviation of the smoothing of the axes about which legs bend that are nearly straight.
-const AXIS_SECONDS: f64 = 0.08;
+pub(in crate::retarget) const AXIS_SECONDS: f64 = 0.08;
 /// What the hinge counts beside the axes of frames that are near; the square of the sine of a bend, which is what they count.
-const HINGE_WEIGHT: f64 = 1e-3;
+pub(in crate::retarget) const HINGE_WEIGHT: f64 = 1e-3;
 /// Changes of bends that are this even, in radians, are as smooth as they can be.
 const LITTLE_CHANGE: f64 = 1e-6;
 
@@ -83,8 +83,9 @@ impl Hangs {
 
 /// What comes out for one limb at one frame.
 #[derive(Clone, Copy, Debug, Default)]
-struct Solved {
-    changes: [Change; 3],
+pub(in crate::retarget) struct Solved {
+    /// Of its start, middle and end.
+    pub(in crate::retarget) changes: [Change; 3],
     residual: f32,
 }
 
@@ -99,7 +100,7 @@ struct Bend {
 
 /// Where a limb is at a frame, before it reaches.
 #[derive(Clone, Copy, Debug, Default)]
-struct LimbPlace {
+pub(in crate::retarget) struct LimbPlace {
     /// Of its start, middle and end.
     places: [DVec3; 3],
     /// How its start is turned.
@@ -108,15 +109,15 @@ struct LimbPlace {
 
 /// What is known of the bend of a limb from other frames.
 #[derive(Clone, Copy, Debug, Default)]
-struct Around {
+pub(in crate::retarget) struct Around {
     /// The axis about which it bends, in the axes of its start joint; unit length.
-    axis: Option<DVec3>,
+    pub(in crate::retarget) axis: Option<DVec3>,
     /// What its bend should change by, in radians.
-    change: Option<f64>,
+    pub(in crate::retarget) change: Option<f64>,
 }
 
 impl SolvedLimb {
-    fn place(&self, pose: &Pose) -> LimbPlace {
+    pub(in crate::retarget) fn place(&self, pose: &Pose) -> LimbPlace {
         LimbPlace { places: self.slots.places(pose), turned: pose.model[self.slots.start].rotation }
     }
 
@@ -137,10 +138,55 @@ impl SolvedLimb {
         }
     }
 
+    /// What brings the end to its goal. `posing` is that of the pose.
+    pub(in crate::retarget) fn solve(&self, posing: &Posing, pose: &Pose, goal: &Goal, around: Around) -> Solved {
+        let start = pose.model[self.slots.start].translation;
+        let model = |slot: usize| pose.model[slot].rotation;
+        let reach = self.two_bone(&self.place(pose), goal, around).solve();
+        let line = (reach.end - start).normalize_or_zero();
+        let off = (reach.middle - start) - line * (reach.middle - start).dot(line);
+        let angle = match goal.pole.length() {
+            sure if sure > 0.0 => signed_angle(off, goal.pole, line) * sure * self.align_pole,
+            _ => 0.0,
+        };
+        let turn = DQuat::from_axis_angle(line, angle + self.pole_offset);
+        let aim = if line.is_normalized() { turn * reach.aim } else { reach.aim };
+        let parent = |slot: usize| posing.parent_of(pose, slot).rotation;
+        let (above_start, above_middle, above_end) =
+            (parent(self.slots.start), parent(self.slots.middle), parent(self.slots.end));
+        let local = |above: DQuat, turned: DQuat| (above.conjugate() * turned).normalize().as_quat();
+        let turned = |turn: DQuat, turns: bool, above: DQuat| if turns { turn * above } else { above };
+        let above_middle = turned(aim, self.hangs.middle_from_start, above_middle);
+        let above_end = turned(reach.bend, self.hangs.end_from_middle, above_end);
+        let above_end = turned(aim, self.hangs.end_from_start, above_end);
+        let moved = |slot: usize| (pose.local[slot].translation * reach.stretch).as_vec3();
+        let changes = [
+            Change {
+                rotation: local(above_start, aim * model(self.slots.start)),
+                translation: pose.local[self.slots.start].translation.as_vec3(),
+            },
+            Change {
+                rotation: local(above_middle, aim * reach.bend * model(self.slots.middle)),
+                translation: moved(self.slots.middle),
+            },
+            Change { rotation: local(above_end, goal.rotation), translation: moved(self.slots.end) },
+        ];
+        #[expect(clippy::cast_possible_truncation, reason = "a distance for a report")]
+        let residual = reach.end.distance(goal.position) as f32;
+        Solved { changes, residual }
+    }
+
     /// The normal of its plane in the axes of its start joint, as far as it is bent forward; it counts by the sine of the bend once more.
-    fn weighted_axis(&self, place: &LimbPlace, goal: &Goal) -> DVec3 {
+    pub(in crate::retarget) fn weighted_axis(&self, place: &LimbPlace, goal: &Goal) -> DVec3 {
         let normal = self.two_bone(place, goal, Around::default()).forward_normal();
         place.turned.conjugate() * normal * normal.length()
+    }
+
+    /// About which axes it bends, smooth over time, of such axes frame by frame.
+    fn smoothed_axes(&self, weighted: &[DVec3], times: &[f64]) -> Vec<DVec3> {
+        let hinge = self.rest.hinge * HINGE_WEIGHT;
+        let axes = smoothed(weighted, times, AXIS_SECONDS).into_iter();
+        axes.map(|axis| (axis + hinge).normalize_or(self.rest.hinge)).collect()
     }
 }
 
@@ -174,9 +220,7 @@ impl SolveStage {
         let of_limb = |(index, limb): (usize, &SolvedLimb)| {
             limb.is_smooth.then(|| {
                 let axes: Vec<DVec3> = rows.iter().skip(index).step_by(width).copied().collect();
-                let axes = smoothed(&axes, work.performed, AXIS_SECONDS);
-                let hinge = limb.rest.hinge * HINGE_WEIGHT;
-                axes.into_iter().map(|axis| (axis + hinge).normalize_or(limb.rest.hinge)).collect()
+                limb.smoothed_axes(&axes, work.performed)
             })
         };
         Ok(self.limbs.iter().enumerate().map(of_limb).collect())
@@ -214,43 +258,6 @@ impl SolveStage {
         };
         Ok((0..width).map(of_limb).collect())
     }
-
-    fn solve(&self, limb: &SolvedLimb, pose: &Pose, goal: &Goal, around: Around) -> Solved {
-        let start = pose.model[limb.slots.start].translation;
-        let model = |slot: usize| pose.model[slot].rotation;
-        let reach = limb.two_bone(&limb.place(pose), goal, around).solve();
-        let line = (reach.end - start).normalize_or_zero();
-        let off = (reach.middle - start) - line * (reach.middle - start).dot(line);
-        let angle = match goal.pole.length() {
-            sure if sure > 0.0 => signed_angle(off, goal.pole, line) * sure * limb.align_pole,
-            _ => 0.0,
-        };
-        let turn = DQuat::from_axis_angle(line, angle + limb.pole_offset);
-        let aim = if line.is_normalized() { turn * reach.aim } else { reach.aim };
-        let parent = |slot: usize| self.posing.parent_of(pose, slot).rotation;
-        let (above_start, above_middle, above_end) =
-            (parent(limb.slots.start), parent(limb.slots.middle), parent(limb.slots.end));
-        let local = |above: DQuat, turned: DQuat| (above.conjugate() * turned).normalize().as_quat();
-        let turned = |turn: DQuat, turns: bool, above: DQuat| if turns { turn * above } else { above };
-        let above_middle = turned(aim, limb.hangs.middle_from_start, above_middle);
-        let above_end = turned(reach.bend, limb.hangs.end_from_middle, above_end);
-        let above_end = turned(aim, limb.hangs.end_from_start, above_end);
-        let moved = |slot: usize| (pose.local[slot].translation * reach.stretch).as_vec3();
-        let changes = [
-            Change {
-                rotation: local(above_start, aim * model(limb.slots.start)),
-                translation: pose.local[limb.slots.start].translation.as_vec3(),
-            },
-            Change {
-                rotation: local(above_middle, aim * reach.bend * model(limb.slots.middle)),
-                translation: moved(limb.slots.middle),
-            },
-            Change { rotation: local(above_end, goal.rotation), translation: moved(limb.slots.end) },
-        ];
-        #[expect(clippy::cast_possible_truncation, reason = "a distance for a report")]
-        let residual = reach.end.distance(goal.position) as f32;
-        Solved { changes, residual }
-    }
 }
 
 impl Stage for SolveStage {
@@ -262,7 +269,7 @@ impl Stage for SolveStage {
             let goals = self.goals(work, frame);
             for ((limb, solved), around) in self.limbs.iter().zip(row).zip(&around) {
                 let around = around.as_ref().map_or_else(Around::default, |around| around[frame]);
-                *solved = self.solve(limb, pose, &goals[limb.limb], around);
+                *solved = limb.solve(&self.posing, pose, &goals[limb.limb], around);
             }
         };
         let rows = work.rows(width, || self.posing.pose(), solve)?;

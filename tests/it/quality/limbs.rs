@@ -3,13 +3,13 @@
 use glam::{DQuat, DVec3};
 use retargetd::{
     model::{Clip, Scene},
-    retarget::RetargetSpec,
+    retarget::{MetricName, RetargetSpec},
     rig::Align,
     samples,
 };
 
 use super::{
-    figure::{degrees_between, position, rotation, world},
+    figure::{degrees_between, measured, moved, position, rig_of, rotation, value, world},
     made_rigs::{MadeRig, clip_of, retargeted, roles_of},
 };
 
@@ -60,6 +60,22 @@ fn limbs_that_hang_from_the_root_move_as_if_they_hung_from_the_body() {
             let result = retargeted(&roles, &walk, &walk.clips[0], &target).expect("a mapping").0;
             assert_same_motion((&mannequin, &whole), (&target, &result), what);
         }
+    }
+}
+
+/// The report says so, too: hips face where the pelvis turns them, whatever thighs hang from.
+#[test]
+fn hips_face_where_those_of_the_source_do_wherever_thighs_hang_from() {
+    let body = samples::mannequin_scene();
+    let turning = clip_of(&body, 40, |name, frame| {
+        (name == "pelvis").then(|| DQuat::from_rotation_y(f64::to_radians(4.0 * frame as f64)))
+    });
+    let source = Scene { clips: vec![turning], ..body.clone() };
+    for parent in ["root", "spine_01"] {
+        let target = MadeRig::of(&body).hung_from("thigh_l", parent).hung_from("thigh_r", parent).scene(|_| false);
+        let (from, onto) = (rig_of("source", &source), rig_of("target", &target));
+        let facing = value(&measured(&from, &onto, &moved(&from, &onto)), MetricName::Facing);
+        assert!(facing < 0.1, "thighs that hang from {parent}: {facing} degrees");
     }
 }
 

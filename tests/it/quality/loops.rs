@@ -129,6 +129,25 @@ fn a_result_that_jumps_where_it_begins_again_fails() {
     assert!(worst.frame == 60 && worst.part.starts_with("left_"), "{worst:?}");
 }
 
+/// A source whose root carries the pelvis along, and a target whose root stays: nothing of it is seen.
+#[test]
+fn a_root_that_stays_does_not_jump() {
+    let target = mannequin();
+    let walked = result(&cut(samples::walk_scene(), 17..=77), &target);
+    let (mut tracks, level) = (walked.clip.joints().to_vec(), Vec3::new(1.0, 0.0, 1.0));
+    let pelvis = rig_of("target", &target).role("pelvis")[0];
+    let root = target.skeleton.parent(pelvis).expect("a root");
+    let Track::Sampled(places) = &mut tracks[pelvis].translation else { panic!("the pelvis moves") };
+    let ways: Vec<Vec3> = places.iter().map(|place| *place * level).collect();
+    places.iter_mut().zip(&ways).for_each(|(place, way)| *place -= *way);
+    tracks[root].translation = Track::Sampled(ways);
+    let source = Scene { clips: vec![walked.clip.clone().with_joints(tracks).expect("a clip")], ..target.clone() };
+    let moved = result(&source, &target);
+    assert!(!moved.clip.joints()[root].translation.is_animated(), "the root stays");
+    let metric = seam(&source, &target, &moved);
+    assert!(metric.value.is_some_and(|jump| jump < 0.05), "{metric:?}");
+}
+
 #[test]
 fn half_a_step_is_no_cycle() {
     let (source, target) = (cycle(17..=62), mannequin());

@@ -18,7 +18,7 @@ fn trunk(scene: &Scene) -> Vec<usize> {
 }
 
 /// The lowest place of the trunk's mesh at a frame.
-fn lowest(scene: &Scene, clip: &Clip, frame: usize) -> f64 {
+pub(super) fn lowest(scene: &Scene, clip: &Clip, frame: usize) -> f64 {
     let pose = world(&scene.skeleton, Some((clip, frame)));
     let heights = trunk(scene).into_iter().flat_map(|joint| {
         let points = scene.skin_points.of(joint).iter().map(move |point| (joint, point.position));
@@ -28,7 +28,7 @@ fn lowest(scene: &Scene, clip: &Clip, frame: usize) -> f64 {
 }
 
 /// The mannequin with a trunk so many times as thick, which lies on its back for a second.
-fn lying(thickness: f32) -> Scene {
+pub(super) fn lying(thickness: f32) -> Scene {
     let mut scene = read_scene(&samples::mannequin(), "mannequin.glb");
     let trunk = trunk(&scene);
     let mut points = Vec::new();

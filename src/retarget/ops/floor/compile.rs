@@ -5,15 +5,16 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{
-    FloorFoot, FloorOp, FloorStage, FootSlots, Sole, TiltStage, Trunk, Trunks,
+    FloorFoot, FloorHand, FloorOp, FloorStage, FootSlots, HandStage, Sole, Surface, TiltStage, Trunks,
     tails::{LiftedTail, TailStage},
     toes::{ToeStage, ToedFoot},
 };
 use crate::{
-    model::Reporter,
+    model::{Reporter, Transform},
     retarget::{
         mapping::{LimbPair, Mapping},
         ops::{
+            IkOp,
             context::{Context, Limbs},
             feet::{ALIKE, size_ratio},
             op_spec::OpSpec,
@@ -22,7 +23,7 @@ use crate::{
         },
         stages::{builder::StackBuilder, posing::Posing, stage::Stage, work::Changed},
     },
-    rig::{Anchor, LimbJoints, Tail, tails::find_tails, trunk_ends},
+    rig::{Anchor, LimbJoints, Tail, hand_ends, tails::find_tails, trunk_ends},
 };
 
 /// A `floor` op, and the tails that it keeps above the floor.
@@ -31,7 +32,19 @@ struct ResolvedFloor {
     op: FloorOp,
     tails: Vec<Tail>,
     /// Where the trunks of source and target end, and how much beyond, in plan units.
-    trunks: [Vec<(Anchor, f64)>; 2],
+    trunks: [Ends; 2],
+    hands: Vec<Hand>,
+}
+
+/// Where a part of the body ends, and how much beyond.
+type Ends = Vec<(Anchor, f64)>;
+
+/// The hands of an arm of both sides.
+#[derive(Clone, Debug)]
+struct Hand {
+    limb: usize,
+    /// Of source and target, in plan units.
+    ends: [Ends; 2],
 }
 
 impl OpWork for ResolvedFloor {
@@ -42,7 +55,8 @@ impl OpWork for ResolvedFloor {
         let stage = floor_stage(stack, self, op);
         let toes = toe_stage(stack, op).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
         let tails = tail_stage(stack, self, op).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
-        stack.after_solve = toes.into_iter().chain(tails).collect();
+        let hands = hand_stage(stack, self, op).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
+        stack.after_solve = toes.into_iter().chain(tails).chain(hands).collect();
         stack.push(stage);
         stack.moves_feet = true;
         if self.op.shift_pelvis && stack.pull.is_none() {
@@ -54,7 +68,8 @@ impl OpWork for ResolvedFloor {
         let tails = self.tails.iter().flat_map(|tail| &tail.joints).map(|tail| tail.joint);
         let tails = tails.filter(|_| self.op.scope.mask.is_none());
         let pelvis = op.shifted(mapping, self.op.shift_pelvis);
-        pelvis.into_iter().chain(op.limb_joints(mapping, true)).chain(tails).collect()
+        let hands = self.hands.iter().filter_map(|hand| mapping.limbs.get(hand.limb)).flat_map(|arm| arm.turned(false));
+        pelvis.into_iter().chain(op.limb_joints(mapping, true)).chain(tails).chain(hands).collect()
     }
 
     fn prepare_feet(&self, op: &ResolvedOp, stack: &mut StackBuilder<'_>) -> Ahead {
@@ -102,8 +117,22 @@ impl OpSpec for FloorOp {
             |(anchor, radius): (Anchor, f64)| (Anchor { offset: anchor.offset * unit, ..anchor }, radius * unit);
         let source = trunk_ends(context.source).into_iter().map(in_plan_units).collect();
         let trunks = [source, trunk_ends(context.target)];
-        context.push_on_limbs(&self.scope, Limbs::Legs, ResolvedFloor { op: self.clone(), tails, trunks });
+        let hands = find_hands(self, context, unit);
+        context.push_on_limbs(&self.scope, Limbs::Legs, ResolvedFloor { op: self.clone(), tails, trunks, hands });
     }
+}
+
+/// The hands that the op keeps above the floor: those of all arms, unless it is about some limbs only.
+fn find_hands(op: &FloorOp, context: &Context<'_>, unit: f64) -> Vec<Hand> {
+    if !op.hands || op.scope.mask.is_some() {
+        return Vec::new();
+    }
+    let hand = |(limb, pair): (usize, &LimbPair)| Hand {
+        limb,
+        ends: [hand_ends(context.source, pair.limb, unit), hand_ends(context.target, pair.limb, 1.0)],
+    };
+    let hands = context.limbs.iter().enumerate().map(hand);
+    hands.filter(|hand| hand.ends.iter().all(|ends| !ends.is_empty())).collect()
 }
 
 /// The axis about which the target's toes bend up where the floor is, in the axes of their joint: feet that are the source's
@@ -197,14 +226,14 @@ fn trunks(stack: &StackBuilder<'_>, floor: &ResolvedFloor) -> Option<Trunks> {
     if source.is_empty() || target.is_empty() {
         return None;
     }
-    let source = Trunk::new(source, |joints| stack.source_posing(joints.iter().copied()));
+    let source = Surface::new(source, |joints| stack.source_posing(joints.iter().copied()));
     let (ground, posing) = (stack.ground(), stack.source_posing([pelvis.source]));
     let slot = posing.slot(pelvis.source);
     Some(Trunks {
         pelvis: (posing, slot),
         upright: stack.source_rest[pelvis.source].translation.dot(ground.up) - ground.source_rest_floor,
         standing: source.lowest_of(&stack.source_rest, ground.up) - ground.source_rest_floor,
-        target: Trunk::new(target, |joints| stack.target_posing(joints.iter().copied())),
+        target: Surface::new(target, |joints| stack.target_posing(joints.iter().copied())),
         source,
     })
 }
@@ -228,6 +257,53 @@ fn tail_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) 
         changed: joints.iter().map(|&joint| Changed { joint, rotates: true, moves: false }).collect(),
         posing,
     })
+}
+
+/// Nothing where there is no hand.
+fn hand_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) -> Option<HandStage> {
+    let hands: Vec<FloorHand> = floor.hands.iter().map(|hand| floor_hand(stack, hand)).collect();
+    if hands.is_empty() {
+        return None;
+    }
+    let arms = floor.hands.iter().flat_map(|hand| stack.limb(hand.limb).target.joints());
+    let feet = floor_stage(stack, floor, op).feet;
+    let is_alike = |hand: &FloorHand| hand.source.is_guessed() == hand.target.is_guessed();
+    let is_same = !feet.is_empty() && feet.iter().all(|foot| foot.is_same) && hands.iter().all(is_alike);
+    let (source_leg, target_leg) = stack.legs();
+    Some(HandStage {
+        schedule: op.schedule.clone(),
+        hands,
+        ground: stack.ground(),
+        source_leg,
+        target_leg,
+        is_same,
+        changed: arms.map(|joint| Changed { joint, rotates: true, moves: false }).collect(),
+        riders: stack.riders(),
+    })
+}
+
+fn floor_hand(stack: &StackBuilder<'_>, hand: &Hand) -> FloorHand {
+    let arm = stack.limb(hand.limb);
+    let [source, target] = &hand.ends;
+    let source = Surface::new(source, |joints| stack.source_posing(joints.iter().copied().chain(arm.source.joints())));
+    let target = Surface::new(target, |joints| stack.target_posing(joints.iter().copied().chain(arm.target.joints())));
+    let shoulder = stack.target_posing([arm.target.start]);
+    let slot = shoulder.slot(arm.target.start);
+    let up = stack.ground().up;
+    let reach = |rest: &[Transform], joints: &LimbJoints, surface: &Surface| {
+        let [start, middle, end] = joints.joints().map(|joint| rest[joint].translation);
+        start.distance(middle) + middle.distance(end) + surface.farthest_of(rest, end)
+    };
+    let of_source = reach(&stack.source_rest, &arm.source, &source);
+    let height = stack.source_rest[arm.source.start].translation.dot(up) - stack.ground().source_rest_floor;
+    FloorHand {
+        arm: stack.solved_limb(hand.limb, &IkOp::default(), &target.posing),
+        reach: reach(&stack.target_rest, &arm.target, &target),
+        hangs: (height - of_source) / stack.legs().0,
+        shoulder: (shoulder, slot),
+        source,
+        target,
+    }
 }
 
 fn foot_slots(joints: &LimbJoints, posing: &Posing) -> FootSlots {

@@ -7,11 +7,13 @@
 
 mod compile;
 mod foot;
+mod hands;
 mod knee;
 mod level;
 mod lift;
 mod sole;
 pub(in crate::retarget) mod spec;
+mod surface;
 pub(in crate::retarget) mod tails;
 mod tilt;
 pub(in crate::retarget) mod toes;
@@ -30,12 +32,14 @@ use super::schedule::Schedule;
 use crate::model::Canceled;
 
 pub(in crate::retarget) use self::foot::{FootSlots, PlacedFoot};
+pub(in crate::retarget) use self::hands::{FloorHand, HandStage};
 use self::knee::bend_per_move;
 use self::level::Levels;
 pub(in crate::retarget) use self::lift::smooth_above;
 use self::lift::{Lift, smoothed_lifts};
 pub(in crate::retarget) use self::sole::Sole;
-pub(in crate::retarget) use self::trunk::{Trunk, Trunks};
+pub(in crate::retarget) use self::surface::Surface;
+pub(in crate::retarget) use self::trunk::Trunks;
 use super::plant::either;
 use crate::retarget::stages::{
     contact_points::{ContactPoints, Part},

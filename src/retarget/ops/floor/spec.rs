@@ -13,7 +13,8 @@ use crate::retarget::ops::Scope;
 /// feet that carry it. Needs a `contacts` op before it; in a clip in which nothing touches, as in a walk on the spot, feet that are
 /// on the floor count as touching it. Where the source has no toes and feet that never turn
 /// against the shins, as skeletons of points have, feet are set flat while they stand. Paws and hooves of animals are feet. Tails are
-/// raised out of the floor, bone by bone. Mask: legs, such as `left_leg` or `right_hind_leg`; default: all of them, and tails.
+/// raised out of the floor, bone by bone; hands are kept out of it, and lie on it where the source's do. Mask: legs, such as `left_leg` or
+/// `right_hind_leg`; default: all of them, tails and hands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(deny_unknown_fields)]
@@ -39,6 +40,9 @@ pub struct FloorOp {
     /// Whether the pelvis is moved so that a trunk that sits or lies on the floor does so on the target too, however thick the bodies are:
     /// hips, waist and chest, as thick as the mesh where there is one. Not without `shift_pelvis`.
     pub trunk: bool,
+    /// Whether hands and fingers are kept out of the floor, and are as far above it as the source's while those touch it, or nearly: wrists
+    /// are moved up and down, and elbows bend.
+    pub hands: bool,
 }
 
 impl Default for FloorOp {
@@ -51,6 +55,7 @@ impl Default for FloorOp {
             adaptive: true,
             shift_pelvis: true,
             trunk: true,
+            hands: true,
         }
     }
 }

@@ -3,11 +3,11 @@
 //! The height of a pelvis is scaled by legs. A short-legged figure that lies is thick for its legs, so that a slender one would hover
 //! over the floor, and the other way round it would be in it.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
-use super::{FloorFoot, FloorStage};
+use super::{FloorFoot, FloorStage, Surface};
 use crate::{
-    model::{Canceled, Transform, rotation::smootherstep},
+    model::{Canceled, rotation::smootherstep},
     retarget::{
         mapping::Ground,
         stages::{
@@ -16,7 +16,6 @@ use crate::{
             work::{Resting, Work},
         },
     },
-    rig::Anchor,
 };
 
 /// A trunk whose lowest point is higher over the floor does not rest on it, in legs of the source; and over how much that begins in clips in
@@ -33,7 +32,7 @@ const UPRIGHT_FADE_SHARE: f64 = 0.1;
 const RESTING_SECONDS: f64 = 0.06;
 /// Feet that are deeper below the floor are not in it, but on one that is lower, in legs.
 const SUNK_LEGS: f64 = 0.1;
-/// The deepest that is taken over from another figure, in legs of the source.
+/// The deepest that is taken over from another figure whose mesh shows it, in legs of the source.
 const MAX_DEPTH_LEGS: f64 = 0.04;
 
 /// The trunks of both sides.
@@ -41,41 +40,12 @@ const MAX_DEPTH_LEGS: f64 = 0.04;
 pub(in crate::retarget) struct Trunks {
     /// The pose of the source's pelvis, and its slot there.
     pub(in crate::retarget) pelvis: (Posing, usize),
-    pub(in crate::retarget) source: Trunk,
-    pub(in crate::retarget) target: Trunk,
+    pub(in crate::retarget) source: Surface,
+    pub(in crate::retarget) target: Surface,
     /// How high the lowest point of the source's trunk is over its floor in its rest pose.
     pub(in crate::retarget) standing: f64,
     /// How high the source's pelvis is over its floor in its rest pose.
     pub(in crate::retarget) upright: f64,
-}
-
-/// Balls that are fixed to joints.
-#[derive(Clone, Debug)]
-pub(in crate::retarget) struct Trunk {
-    posing: Posing,
-    balls: Vec<(usize, DVec3, f64)>,
-}
-
-impl Trunk {
-    /// `posing` gives the pose of joints.
-    pub(in crate::retarget) fn new(ends: &[(Anchor, f64)], posing: impl Fn(&[usize]) -> Posing) -> Self {
-        let posing = posing(&ends.iter().map(|(anchor, _)| anchor.joint).collect::<Vec<usize>>());
-        let ball = |(anchor, radius): &(Anchor, f64)| (posing.slot(anchor.joint), anchor.offset, *radius);
-        Self { balls: ends.iter().map(ball).collect(), posing }
-    }
-
-    /// The height of the lowest point in a pose of all joints.
-    pub(in crate::retarget) fn lowest_of(&self, model: &[Transform], up: DVec3) -> f64 {
-        self.lowest(|slot| &model[self.posing.joint(slot)], up)
-    }
-
-    fn lowest<'p>(&self, joint: impl Fn(usize) -> &'p Transform, up: DVec3) -> f64 {
-        let height = |(slot, offset, radius): &(usize, DVec3, f64)| {
-            let joint = joint(*slot);
-            (joint.translation + joint.rotation * *offset).dot(up) - radius
-        };
-        self.balls.iter().map(height).fold(f64::INFINITY, f64::min)
-    }
 }
 
 impl Trunks {
@@ -110,6 +80,8 @@ impl Trunks {
         let standing = (self.standing / source_leg).max(0.0);
         let begin = RESTS_LEGS.min(RESTS_SHARE * standing);
         let fade = RESTS_FADE_LEGS.min(RESTS_FADE_SHARE * standing).max(f64::MIN_POSITIVE);
+        let is_same = is_same && self.source.is_guessed() == self.target.is_guessed();
+        let deepest = if self.source.is_guessed() { 0.0 } else { -MAX_DEPTH_LEGS };
         let fill = |poses: &mut (Pose, Pose), frame: usize, row: &mut [DVec2]| {
             let bent = bent(heights[frame]);
             if bent <= 0.0 {
@@ -124,7 +96,7 @@ impl Trunks {
                 self.target.posing.fill_model(&mut poses.1, &work.target, frame);
                 let lowest = self.target.lowest(|slot| &poses.1.model[slot], ground.up) - ground.target_floor;
                 let target = lowest - sunk * target_leg;
-                let wanted = if is_same { source } else { source.max(-MAX_DEPTH_LEGS) };
+                let wanted = if is_same { source } else { source.max(deepest) };
                 row[0] = DVec2::new(share, share * (wanted * target_leg - target));
             }
         };

@@ -1,0 +1,183 @@
+//! Hands on the floor, where the source's are, and never in it.
+//!
+//! How high a hand is over the floor depends on the length of trunk and arms: where a body sits, crouches or crawls, hands that lie on the
+//! floor on the source would be in it on the target, or above. The wrist is moved up or down, by what the lowest point of hand and fingers is
+//! off by, and the elbow bends; the hand keeps its turn. Hands in the air are only kept out of the floor.
+
+use glam::DVec3;
+
+use crate::{
+    model::{Canceled, rotation::smootherstep},
+    retarget::{
+        mapping::Ground,
+        ops::schedule::Schedule,
+        stages::{
+            posing::{Pose, Posing},
+            ride::RideStage,
+            solve::{AXIS_SECONDS, Around, HINGE_WEIGHT, SolvedLimb},
+            stage::Stage,
+            temporal::smoothed,
+            work::{Change, Changed, Goal, Work},
+        },
+    },
+};
+
+use super::{Surface, smooth_above};
+
+/// A hand of the source that is no higher over the floor touches it, in legs; and over how much that ceases. Of figures whose hands hang near the
+/// floor as they stand, over such a share of that.
+const TOUCHES_LEGS: f64 = 0.02;
+const TOUCHES_FADE_LEGS: f64 = 0.08;
+const TOUCHES_FADE_SHARE: f64 = 0.5;
+/// A hand is moved down by no more, in legs of the target.
+const MAX_LOWER_LEGS: f64 = 0.15;
+/// Standard deviation of the smoothing of what hands are moved by.
+const LIFT_SECONDS: f64 = 0.06;
+/// What is moved by less, in legs, stays as it is.
+const LITTLE_LEGS: f64 = 1e-5;
+
+/// Moves hands up and down.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct HandStage {
+    pub(in crate::retarget) schedule: Schedule,
+    pub(in crate::retarget) hands: Vec<FloorHand>,
+    pub(in crate::retarget) ground: Ground,
+    pub(in crate::retarget) source_leg: f64,
+    pub(in crate::retarget) target_leg: f64,
+    /// Whether the target is the source's figure.
+    pub(in crate::retarget) is_same: bool,
+    /// Start, middle and end of each arm.
+    pub(in crate::retarget) changed: Vec<Changed>,
+    /// What rides arms and hands.
+    pub(in crate::retarget) riders: Option<RideStage>,
+}
+
+/// A hand of both sides.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct FloorHand {
+    /// The arm of the target, by slots of the target's surface.
+    pub(in crate::retarget) arm: SolvedLimb,
+    pub(in crate::retarget) source: Surface,
+    pub(in crate::retarget) target: Surface,
+    /// The joint from which the arm hangs alone, and its slot.
+    pub(in crate::retarget) shoulder: (Posing, usize),
+    /// How far below the shoulder the hand can be.
+    pub(in crate::retarget) reach: f64,
+    /// How high the source's hand can be over the floor at rest where its arm hangs down.
+    pub(in crate::retarget) hangs: f64,
+}
+
+/// How far a hand is to be moved up.
+#[derive(Clone, Copy, Debug, Default)]
+struct Move {
+    wanted: f64,
+    /// What it has to be moved by to stay out of the floor.
+    least: f64,
+}
+
+impl HandStage {
+    /// What a hand is to be moved by at every frame; nothing where it never comes near the floor.
+    fn moves(&self, hand: &FloorHand, work: &Work<'_>) -> Result<Option<Vec<f64>>, Canceled> {
+        let (up, ground) = (self.ground.up, &self.ground);
+        let (shoulder, slot) = &hand.shoulder;
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [bool]| {
+            shoulder.fill_model(pose, &work.target, frame);
+            row[0] = pose.model[*slot].translation.dot(up) - hand.reach < ground.target_floor;
+        };
+        let is_near = work.rows(1, || shoulder.pose(), fill)?;
+        if !is_near.contains(&true) {
+            return Ok(None);
+        }
+        let fill = |poses: &mut (Pose, Pose), frame: usize, row: &mut [Move]| {
+            row[0] = Move { wanted: 0.0, least: f64::NEG_INFINITY };
+            if !is_near[frame] {
+                return;
+            }
+            hand.source.posing.fill_model(&mut poses.0, work.source, frame);
+            hand.target.posing.fill_model(&mut poses.1, &work.target, frame);
+            let source = hand.source.lowest(|slot| &poses.0.model[slot], up) - ground.source_floor;
+            let target = hand.target.lowest(|slot| &poses.1.model[slot], up) - ground.target_floor;
+            row[0] = self.wanted(hand, source / self.source_leg, target / self.target_leg);
+        };
+        let rows = work.rows(1, || (hand.source.posing.pose(), hand.target.posing.pose()), fill)?;
+        let alpha = |frame: usize| self.schedule.alpha_at(work.moment(frame));
+        let alphas: Vec<f64> = (0..rows.len()).map(alpha).collect();
+        let scaled = |pick: fn(&Move) -> f64| -> Vec<f64> {
+            rows.iter()
+                .zip(&alphas)
+                .map(|(row, alpha)| pick(row) * alpha.max(f64::MIN_POSITIVE) * self.target_leg)
+                .collect()
+        };
+        let moves = smooth_above(&scaled(|row| row.wanted), &scaled(|row| row.least), work.performed, LIFT_SECONDS);
+        let is_little = |moved: &f64| moved.abs() < LITTLE_LEGS * self.target_leg;
+        Ok((!moves.iter().all(is_little)).then_some(moves))
+    }
+
+    /// For the heights of the lowest points of both hands over their floors, in legs.
+    fn wanted(&self, hand: &FloorHand, source: f64, target: f64) -> Move {
+        let least = if self.is_same { source.min(0.0) } else { 0.0 } - target;
+        let fade = TOUCHES_FADE_LEGS.min(TOUCHES_FADE_SHARE * hand.hangs.max(0.0)).max(f64::MIN_POSITIVE);
+        let touches = 1.0 - smootherstep((source - TOUCHES_LEGS) / fade);
+        let height = if self.is_same { source } else { source.max(0.0) };
+        let wanted = ((height - target) * touches).max(-MAX_LOWER_LEGS);
+        Move { wanted: wanted.max(least), least }
+    }
+}
+
+impl FloorHand {
+    /// What the wrist reaches for that is moved up by so much; the hand keeps its turn.
+    fn goal(&self, pose: &Pose, up: DVec3) -> Goal {
+        let [start, middle, end] = self.arm.slots.places(pose);
+        let length = start.distance(middle) + middle.distance(end);
+        Goal {
+            position: end + up,
+            rotation: pose.model[self.arm.slots.end].rotation,
+            extension: start.distance(end) / length.max(f64::MIN_POSITIVE),
+            ..Goal::default()
+        }
+    }
+
+    /// About which axes the arm bends, frame by frame: an arm that is nearly straight does not say it, as a knee does not. Smooth in the
+    /// model, since what an arm rolls, its forearm rolls back.
+    fn axes(&self, work: &Work<'_>) -> Result<Vec<DVec3>, Canceled> {
+        let (posing, start) = (&self.target.posing, self.arm.slots.start);
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
+            posing.fill_model(pose, &work.target, frame);
+            let axis = self.arm.weighted_axis(&self.arm.place(pose), &self.goal(pose, DVec3::ZERO));
+            row[0] = pose.model[start].rotation * (axis + self.arm.rest.hinge * HINGE_WEIGHT);
+        };
+        let rows = work.rows(1, || posing.pose(), fill)?;
+        Ok(smoothed(&rows, work.performed, AXIS_SECONDS))
+    }
+}
+
+impl Stage for HandStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let mut is_moved = false;
+        for (hand, changed) in self.hands.iter().zip(self.changed.chunks_exact(3)) {
+            let Some(moves) = self.moves(hand, work)? else { continue };
+            let posing = &hand.target.posing;
+            let axes = hand.axes(work)?;
+            let slots = [hand.arm.slots.start, hand.arm.slots.middle, hand.arm.slots.end];
+            let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
+                if moves[frame].abs() < LITTLE_LEGS * self.target_leg {
+                    let kept = |slot| posing.local_rotation(slot, &work.target, frame);
+                    row.iter_mut().zip(slots).for_each(|(change, slot)| change.rotation = kept(slot));
+                    return;
+                }
+                posing.fill(pose, &work.target, frame);
+                let goal = hand.goal(pose, self.ground.up * moves[frame]);
+                let axis = pose.model[hand.arm.slots.start].rotation.conjugate() * axes[frame];
+                let around = Around { axis: axis.try_normalize(), change: None };
+                row.copy_from_slice(&hand.arm.solve(posing, pose, &goal, around).changes);
+            };
+            let rows = work.rows(slots.len(), || posing.pose(), fill)?;
+            work.write_columns(changed, |frame, index| &rows[frame * slots.len() + index]);
+            is_moved = true;
+        }
+        match &self.riders {
+            Some(riders) if is_moved => riders.run(work),
+            _ => Ok(()),
+        }
+    }
+}
