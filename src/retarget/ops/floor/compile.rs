@@ -10,7 +10,7 @@ use super::{
     toes::{ToeStage, ToedFoot},
 };
 use crate::{
-    model::{Reporter, Transform},
+    model::{Reporter, Skeleton, Transform},
     retarget::{
         mapping::{LimbPair, Mapping},
         ops::{
@@ -261,10 +261,13 @@ fn tail_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) 
 
 /// Nothing where there is no hand.
 fn hand_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) -> Option<HandStage> {
-    let hands: Vec<FloorHand> = floor.hands.iter().map(|hand| floor_hand(stack, hand)).collect();
-    if hands.is_empty() {
+    if floor.hands.is_empty() {
         return None;
     }
+    let starts: Vec<usize> = floor.hands.iter().map(|hand| stack.limb(hand.limb).target.start).collect();
+    let carrier = carrier_of(stack.target, &starts);
+    let carriers = stack.target_posing(carrier.map_or(starts, |carrier| vec![carrier]));
+    let hands: Vec<FloorHand> = floor.hands.iter().map(|hand| floor_hand(stack, hand, (&carriers, carrier))).collect();
     let arms = floor.hands.iter().flat_map(|hand| stack.limb(hand.limb).target.joints());
     let feet = floor_stage(stack, floor, op).feet;
     let is_alike = |hand: &FloorHand| hand.source.is_guessed() == hand.target.is_guessed();
@@ -273,6 +276,7 @@ fn hand_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) 
     Some(HandStage {
         schedule: op.schedule.clone(),
         hands,
+        carriers,
         ground: stack.ground(),
         source_leg,
         target_leg,
@@ -282,13 +286,22 @@ fn hand_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) 
     })
 }
 
-fn floor_hand(stack: &StackBuilder<'_>, hand: &Hand) -> FloorHand {
+/// The lowest joint that carries some joints; nothing where they hang apart.
+fn carrier_of(skeleton: &Skeleton, joints: &[usize]) -> Option<usize> {
+    let carries = |above: &usize| joints.iter().all(|joint| skeleton.is_ancestor_or_self(*above, *joint));
+    std::iter::successors(joints.first().copied(), |joint| skeleton.parent(*joint)).find(carries)
+}
+
+/// `carrier` is what carries all arms, if something does, and a posing with that or where each arm begins.
+fn floor_hand(stack: &StackBuilder<'_>, hand: &Hand, (carriers, carrier): (&Posing, Option<usize>)) -> FloorHand {
     let arm = stack.limb(hand.limb);
     let [source, target] = &hand.ends;
     let source = Surface::new(source, |joints| stack.source_posing(joints.iter().copied().chain(arm.source.joints())));
     let target = Surface::new(target, |joints| stack.target_posing(joints.iter().copied().chain(arm.target.joints())));
-    let shoulder = stack.target_posing([arm.target.start]);
-    let slot = shoulder.slot(arm.target.start);
+    let carrier = carrier.unwrap_or(arm.target.start);
+    let path = stack.target.path(carrier, arm.target.start).unwrap_or_default();
+    let place = |joint: usize| stack.target_rest[joint].translation;
+    let to_arm: f64 = path.windows(2).map(|bone| place(bone[0]).distance(place(bone[1]))).sum();
     let up = stack.ground().up;
     let reach = |rest: &[Transform], joints: &LimbJoints, surface: &Surface| {
         let [start, middle, end] = joints.joints().map(|joint| rest[joint].translation);
@@ -298,9 +311,9 @@ fn floor_hand(stack: &StackBuilder<'_>, hand: &Hand) -> FloorHand {
     let height = stack.source_rest[arm.source.start].translation.dot(up) - stack.ground().source_rest_floor;
     FloorHand {
         arm: stack.solved_limb(hand.limb, &IkOp::default(), &target.posing),
-        reach: reach(&stack.target_rest, &arm.target, &target),
+        carrier: carriers.slot(carrier),
+        reach: to_arm + reach(&stack.target_rest, &arm.target, &target),
         hangs: (height - of_source) / stack.legs().0,
-        shoulder: (shoulder, slot),
         source,
         target,
     }

@@ -41,6 +41,8 @@ const LITTLE_LEGS: f64 = 1e-5;
 pub(in crate::retarget) struct HandStage {
     pub(in crate::retarget) schedule: Schedule,
     pub(in crate::retarget) hands: Vec<FloorHand>,
+    /// The joints of the target that carry arms.
+    pub(in crate::retarget) carriers: Posing,
     pub(in crate::retarget) ground: Ground,
     pub(in crate::retarget) source_leg: f64,
     pub(in crate::retarget) target_leg: f64,
@@ -59,9 +61,8 @@ pub(in crate::retarget) struct FloorHand {
     pub(in crate::retarget) arm: SolvedLimb,
     pub(in crate::retarget) source: Surface,
     pub(in crate::retarget) target: Surface,
-    /// The joint from which the arm hangs alone, and its slot.
-    pub(in crate::retarget) shoulder: (Posing, usize),
-    /// How far below the shoulder the hand can be.
+    /// Slot of a joint that carries the arm in the stage's posing, and how far below that the hand can be.
+    pub(in crate::retarget) carrier: usize,
     pub(in crate::retarget) reach: f64,
     /// How high the source's hand can be over the floor at rest where its arm hangs down.
     pub(in crate::retarget) hangs: f64,
@@ -76,21 +77,29 @@ struct Move {
 }
 
 impl HandStage {
-    /// What a hand is to be moved by at every frame; nothing where it never comes near the floor.
-    fn moves(&self, hand: &FloorHand, work: &Work<'_>) -> Result<Option<Vec<f64>>, Canceled> {
-        let (up, ground) = (self.ground.up, &self.ground);
-        let (shoulder, slot) = &hand.shoulder;
+    /// Whether each hand may be at the floor, frame by frame.
+    fn near(&self, work: &Work<'_>) -> Result<Vec<bool>, Canceled> {
         let fill = |pose: &mut Pose, frame: usize, row: &mut [bool]| {
-            shoulder.fill_model(pose, &work.target, frame);
-            row[0] = pose.model[*slot].translation.dot(up) - hand.reach < ground.target_floor;
+            self.carriers.fill_model(pose, &work.target, frame);
+            for (hand, is_near) in self.hands.iter().zip(row) {
+                let height = pose.model[hand.carrier].translation.dot(self.ground.up);
+                *is_near = height - hand.reach < self.ground.target_floor;
+            }
         };
-        let is_near = work.rows(1, || shoulder.pose(), fill)?;
-        if !is_near.contains(&true) {
-            return Ok(None);
-        }
+        work.rows(self.hands.len(), || self.carriers.pose(), fill)
+    }
+
+    /// What a hand is to be moved by at every frame; nothing where it stays where it is. `is_near` says whether it may be at the floor.
+    fn moves(
+        &self,
+        hand: &FloorHand,
+        is_near: impl Fn(usize) -> bool + Sync + Send,
+        work: &Work<'_>,
+    ) -> Result<Option<Vec<f64>>, Canceled> {
+        let (up, ground) = (self.ground.up, &self.ground);
         let fill = |poses: &mut (Pose, Pose), frame: usize, row: &mut [Move]| {
             row[0] = Move { wanted: 0.0, least: f64::NEG_INFINITY };
-            if !is_near[frame] {
+            if !is_near(frame) {
                 return;
             }
             hand.source.posing.fill_model(&mut poses.0, work.source, frame);
@@ -153,9 +162,14 @@ impl FloorHand {
 
 impl Stage for HandStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let near = self.near(work)?;
+        if !near.contains(&true) {
+            return Ok(());
+        }
         let mut is_moved = false;
-        for (hand, changed) in self.hands.iter().zip(self.changed.chunks_exact(3)) {
-            let Some(moves) = self.moves(hand, work)? else { continue };
+        for (index, (hand, changed)) in self.hands.iter().zip(self.changed.chunks_exact(3)).enumerate() {
+            let is_near = |frame: usize| near[frame * self.hands.len() + index];
+            let Some(moves) = self.moves(hand, is_near, work)? else { continue };
             let posing = &hand.target.posing;
             let axes = hand.axes(work)?;
             let slots = [hand.arm.slots.start, hand.arm.slots.middle, hand.arm.slots.end];
