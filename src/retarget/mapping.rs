@@ -109,6 +109,12 @@ pub struct LimbPair {
 }
 
 impl LimbPair {
+    /// A limb of whose feet nothing is known.
+    pub(in crate::retarget) fn of(limb: Limb, source: LimbJoints, target: LimbJoints) -> Self {
+        let (source_foot, target_foot) = (FootShape::default(), FootShape::default());
+        Self { limb, source, target, has_stiff_foot: false, source_foot, target_foot }
+    }
+
     /// Joints of the target that turn when it reaches for a goal; the ball of the foot too where asked for.
     pub(in crate::retarget) fn turned(&self, with_ball: bool) -> impl Iterator<Item = usize> + use<> {
         let LimbJoints { start, middle, end, ball, .. } = self.target;

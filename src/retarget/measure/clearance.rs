@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     retarget::mapping::Mapping,
-    rig::{Limb, Rig, hand_ends},
+    rig::{Limb, Rig, hands::hand_ends},
 };
 
 /// How deep a foot or a hand may be in the floor before it is kept out by right, at a leg of 1 m.
@@ -42,30 +42,35 @@ impl Clearance {
         let rest = rig.canonical_from_scene * mapping.target_rest.transforms()[foot.target].rotation;
         let points = pair.target_foot.points.iter().filter(|point| !point.gives_way && point.toes < 0.5);
         let points = points.map(|point| (rest * point.from_end * rig.unit_meters, 0.0)).collect();
-        Self::of_points(points, size, foot, wanted)
+        Self::of_points(points, size, (foot, foot), wanted)
     }
 
-    /// Nothing where it is not known where the floor is, or the hand.
+    /// Of a hand that turns with a joint. Nothing where it is not known where the floor is, or the hand.
     pub(super) fn of_hand(
         rig: &Rig<'_>,
         size: &Size,
         mapping: &Mapping,
-        (arm, hand): (Limb, Both<usize>),
+        (arm, wrist, turning): (Limb, Both<usize>, Both<usize>),
         wanted: &mut Wanted,
     ) -> Option<Self> {
         let rest = mapping.target_rest.transforms();
         let point = |(anchor, radius): (crate::rig::Anchor, f64)| {
             let joint = rest[anchor.joint];
-            let from_wrist = joint.translation + joint.rotation * anchor.offset - rest[hand.target].translation;
+            let from_wrist = joint.translation + joint.rotation * anchor.offset - rest[wrist.target].translation;
             (rig.canonical_from_scene * from_wrist * rig.unit_meters, radius * rig.unit_meters)
         };
-        Self::of_points(hand_ends(rig, arm, 1.0).into_iter().map(point).collect(), size, hand, wanted)
+        Self::of_points(hand_ends(rig, arm, 1.0).into_iter().map(point).collect(), size, (wrist, turning), wanted)
     }
 
-    fn of_points(points: Vec<(DVec3, f64)>, size: &Size, end: Both<usize>, wanted: &mut Wanted) -> Option<Self> {
+    fn of_points(
+        points: Vec<(DVec3, f64)>,
+        size: &Size,
+        (end, turning): (Both<usize>, Both<usize>),
+        wanted: &mut Wanted,
+    ) -> Option<Self> {
         let lowest = size.floor? - INTO_THE_FLOOR_METERS * size.leg?;
         let reach = points.iter().map(|(point, radius)| point.length() + radius).fold(0.0, f64::max);
-        (!points.is_empty()).then(|| Self { end: wanted.joint(end), turn: wanted.turn(end), points, reach, lowest })
+        (!points.is_empty()).then(|| Self { end: wanted.joint(end), turn: wanted.turn(turning), points, reach, lowest })
     }
 
     /// The share of the way from how the source's foot is turned to how the target's is that keeps the foot, its ankle where it is, out of the

@@ -19,7 +19,7 @@ use crate::{
         rotation::{degrees, twist_angle},
     },
     retarget::mapping::Mapping,
-    rig::{Limb, Rig, standing_floor},
+    rig::{Limb, Rig, hands::Wrist, standing_floor},
 };
 
 /// Limbs whose direction is compared: role of the start, roles of the end in order of preference.
@@ -47,11 +47,9 @@ const ENDS: [(&str, &[&str]); 4] = [
 /// Limbs that are legs.
 const LEGS: [[&str; 2]; 2] = [["left_thigh", "left_shin"], ["right_thigh", "right_shin"]];
 
-/// Limbs that are arms, with their hands.
-const ARMS: [(Limb, [&str; 2], &str); 2] = [
-    (Limb::LeftArm, ["left_upper_arm", "left_forearm"], "left_hand"),
-    (Limb::RightArm, ["right_upper_arm", "right_forearm"], "right_hand"),
-];
+/// Limbs that are arms.
+const ARMS: [(Limb, [&str; 2]); 2] =
+    [(Limb::LeftArm, ["left_upper_arm", "left_forearm"]), (Limb::RightArm, ["right_upper_arm", "right_forearm"])];
 
 /// Joints whose whole turn is compared.
 const WHOLE: [&str; 6] = ["pelvis", "head", "left_hand", "right_hand", "left_foot", "right_foot"];
@@ -158,14 +156,8 @@ impl Limbs {
             Some(Whole { role, joint: joint.target, turn: wanted.turn(joint), upper_side, clearance })
         };
         let wholes = WHOLE.into_iter().filter_map(whole).collect();
-        let mut found = Self { limbs, wholes, arms: Vec::new() };
-        for (arm, roles, hand) in ARMS {
-            let hand = first_joint(rigs, hand);
-            let clearance = hand.and_then(|hand| Clearance::of_hand(rigs.target, size, mapping, (arm, hand), wanted));
-            let arm = found.arm(&roles).zip(clearance).map(|(slots, clearance)| Arm { roles, slots, clearance });
-            found.arms.extend(arm);
-        }
-        found
+        let arm = |&(arm, roles): &(Limb, [&'static str; 2])| Arm::find(rigs, size, mapping, (arm, roles), wanted);
+        Self { limbs, wholes, arms: ARMS.iter().filter_map(arm).collect() }
     }
 
     /// The frames of the clip in which feet of the source stand with all of their points, and those in which its trunk is on the floor.
@@ -218,12 +210,6 @@ impl Limbs {
         let [thigh, shin] = roles.map(|role| self.limbs.iter().find(|limb| limb.role == role));
         Some([thigh?.start, shin?.end])
     }
-
-    /// Shoulder, elbow and wrist.
-    fn arm(&self, roles: &[&str; 2]) -> Option<[usize; 3]> {
-        let [upper, lower] = roles.map(|role| self.limbs.iter().find(|limb| limb.role == role));
-        Some([upper?.start, lower?.start, lower?.end])
-    }
 }
 
 /// By how many degrees a leg of the target is steeper or flatter than the source's while the body sits or lies and its foot is on the floor:
@@ -238,6 +224,26 @@ fn lying_degrees(leg: [usize; 2], compared: &Compared, resting: &Resting, frame:
         line.y.atan2(line.x.hypot(line.z)).to_degrees()
     };
     Some((steepness(true) - steepness(false)).abs())
+}
+
+impl Arm {
+    fn find(
+        rigs: &Both<&Rig<'_>>,
+        size: &Size,
+        mapping: &Mapping,
+        (arm, roles): (Limb, [&'static str; 2]),
+        wanted: &mut Wanted,
+    ) -> Option<Self> {
+        let [upper, lower] = roles.map(|role| first_joint(rigs, role));
+        let (upper, lower) = (upper?, lower?);
+        let wrist = Both { source: Wrist::of(rigs.source, arm)?, target: Wrist::of(rigs.target, arm)? };
+        // A hand without a joint of its own turns with the forearm.
+        let turning = if wrist.target.turns_hand { wrist.map(|wrist| wrist.joint) } else { lower };
+        let wrist = wrist.map(|wrist| wrist.joint);
+        let clearance = Clearance::of_hand(rigs.target, size, mapping, (arm, wrist, turning), wanted)?;
+        let slots = [upper, lower, wrist].map(|joint| wanted.joint(joint));
+        Some(Self { roles, slots, clearance })
+    }
 }
 
 impl Part {

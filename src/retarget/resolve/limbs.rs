@@ -10,7 +10,7 @@ use crate::{
         Limb, LimbJoints, Sole,
         limb_joints::{by_roles, limb_joints},
         rig::Rig,
-        soles::{FootShape, foot_shape},
+        soles::foot_shape,
     },
 };
 
@@ -50,8 +50,7 @@ fn find_limb(limb: Limb, source: &Rig<'_>, target: &Rig<'_>) -> Option<LimbPair>
         None => animal_leg(limb, source, target)?,
     };
     let (source, target) = (limb_joints(limb, &of_source, source, unit)?, limb_joints(limb, &of_target, target, 1.0)?);
-    let (source_foot, target_foot) = (FootShape::default(), FootShape::default());
-    Some(LimbPair { limb, source, target, has_stiff_foot: false, source_foot, target_foot })
+    Some(LimbPair::of(limb, source, target))
 }
 
 /// Skeletons of points have ankles and nothing beyond.

@@ -121,7 +121,11 @@ impl<'a> StackBuilder<'a> {
     }
 
     pub(in crate::retarget) fn rest(&self, limb: usize) -> LimbRest {
-        LimbRest::new(self.limb(limb), &self.source_rest, &self.target_rest, &self.ground())
+        self.rest_of(self.limb(limb))
+    }
+
+    fn rest_of(&self, pair: &LimbPair) -> LimbRest {
+        LimbRest::new(pair, &self.source_rest, &self.target_rest, &self.ground())
     }
 
     /// Mean length of the legs of source and target in plan units; of a figure without legs, a meter.
@@ -217,7 +221,8 @@ impl<'a> StackBuilder<'a> {
         }
         let limb = |(limb, op): &(usize, IkOp)| SolvedLimb {
             is_smooth: moves_feet && self.limb(*limb).limb.is_leg() && op.stretch <= 1.0,
-            ..self.solved_limb(*limb, op, &posing)
+            limb: *limb,
+            ..self.solved_limb(self.limb(*limb), op, &posing)
         };
         let limbs = open.iter().map(limb).collect();
         self.push(SolveStage { limbs, posing, limb_count: self.limb_count(), changed });
@@ -225,13 +230,13 @@ impl<'a> StackBuilder<'a> {
         self.stages.append(&mut self.after_solve);
     }
 
-    /// A limb that reaches for goals frame by frame.
-    pub(in crate::retarget) fn solved_limb(&self, limb: usize, op: &IkOp, posing: &Posing) -> SolvedLimb {
+    /// A limb that reaches for goals frame by frame; those of the mapping have a number, too.
+    pub(in crate::retarget) fn solved_limb(&self, pair: &LimbPair, op: &IkOp, posing: &Posing) -> SolvedLimb {
         SolvedLimb {
-            limb,
-            slots: LimbSlots::new(&self.limb(limb).target, posing),
-            rest: self.rest(limb),
-            hangs: Hangs::of(self.target, &self.limb(limb).target),
+            limb: 0,
+            slots: LimbSlots::new(&pair.target, posing),
+            rest: self.rest_of(pair),
+            hangs: Hangs::of(self.target, &pair.target),
             softness: op.softness,
             stretch: op.stretch,
             align_pole: op.align_pole,

@@ -23,7 +23,12 @@ use crate::{
         },
         stages::{builder::StackBuilder, posing::Posing, stage::Stage, work::Changed},
     },
-    rig::{Anchor, LimbJoints, Tail, hand_ends, tails::find_tails, trunk_ends},
+    rig::{
+        Anchor, Limb, LimbJoints, Tail,
+        hands::{Wrist, arm_joints, hand_ends},
+        tails::find_tails,
+        trunk_ends,
+    },
 };
 
 /// A `floor` op, and the tails that it keeps above the floor.
@@ -39,12 +44,22 @@ struct ResolvedFloor {
 /// Where a part of the body ends, and how much beyond.
 type Ends = Vec<(Anchor, f64)>;
 
-/// The hands of an arm of both sides.
+/// An arm of both sides with its hands.
 #[derive(Clone, Debug)]
 struct Hand {
-    limb: usize,
+    arm: LimbPair,
+    /// Whether the target's hand turns about its wrist, and not with the forearm alone.
+    turns: bool,
     /// Of source and target, in plan units.
     ends: [Ends; 2],
+}
+
+impl Hand {
+    /// The joints of the target that turn.
+    fn turned(&self) -> impl Iterator<Item = usize> + use<> {
+        let count = if self.turns { 3 } else { 2 };
+        self.arm.target.joints().into_iter().take(count)
+    }
 }
 
 impl OpWork for ResolvedFloor {
@@ -68,7 +83,7 @@ impl OpWork for ResolvedFloor {
         let tails = self.tails.iter().flat_map(|tail| &tail.joints).map(|tail| tail.joint);
         let tails = tails.filter(|_| self.op.scope.mask.is_none());
         let pelvis = op.shifted(mapping, self.op.shift_pelvis);
-        let hands = self.hands.iter().filter_map(|hand| mapping.limbs.get(hand.limb)).flat_map(|arm| arm.turned(false));
+        let hands = self.hands.iter().flat_map(Hand::turned);
         pelvis.into_iter().chain(op.limb_joints(mapping, true)).chain(tails).chain(hands).collect()
     }
 
@@ -127,11 +142,14 @@ fn find_hands(op: &FloorOp, context: &Context<'_>, unit: f64) -> Vec<Hand> {
     if !op.hands || op.scope.mask.is_some() {
         return Vec::new();
     }
-    let hand = |(limb, pair): (usize, &LimbPair)| Hand {
-        limb,
-        ends: [hand_ends(context.source, pair.limb, unit), hand_ends(context.target, pair.limb, 1.0)],
+    let Context { source, target, .. } = *context;
+    let hand = |limb: Limb| {
+        let (source_arm, target_arm) = (arm_joints(source, limb, unit)?, arm_joints(target, limb, 1.0)?);
+        let arm = LimbPair::of(limb, source_arm, target_arm);
+        let ends = [hand_ends(source, limb, unit), hand_ends(target, limb, 1.0)];
+        Some(Hand { arm, turns: Wrist::of(target, limb)?.turns_hand, ends })
     };
-    let hands = context.limbs.iter().enumerate().map(hand);
+    let hands = [Limb::LeftArm, Limb::RightArm].into_iter().filter_map(hand);
     hands.filter(|hand| hand.ends.iter().all(|ends| !ends.is_empty())).collect()
 }
 
@@ -264,11 +282,10 @@ fn hand_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) 
     if floor.hands.is_empty() {
         return None;
     }
-    let starts: Vec<usize> = floor.hands.iter().map(|hand| stack.limb(hand.limb).target.start).collect();
+    let starts: Vec<usize> = floor.hands.iter().map(|hand| hand.arm.target.start).collect();
     let carrier = carrier_of(stack.target, &starts);
     let carriers = stack.target_posing(carrier.map_or(starts, |carrier| vec![carrier]));
     let hands: Vec<FloorHand> = floor.hands.iter().map(|hand| floor_hand(stack, hand, (&carriers, carrier))).collect();
-    let arms = floor.hands.iter().flat_map(|hand| stack.limb(hand.limb).target.joints());
     let feet = floor_stage(stack, floor, op).feet;
     let is_alike = |hand: &FloorHand| hand.source.is_guessed() == hand.target.is_guessed();
     let is_same = !feet.is_empty() && feet.iter().all(|foot| foot.is_same) && hands.iter().all(is_alike);
@@ -281,7 +298,6 @@ fn hand_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) 
         source_leg,
         target_leg,
         is_same,
-        changed: arms.map(|joint| Changed { joint, rotates: true, moves: false }).collect(),
         riders: stack.riders(),
     })
 }
@@ -294,8 +310,7 @@ fn carrier_of(skeleton: &Skeleton, joints: &[usize]) -> Option<usize> {
 
 /// `carrier` is what carries all arms, if something does, and a posing with that or where each arm begins.
 fn floor_hand(stack: &StackBuilder<'_>, hand: &Hand, (carriers, carrier): (&Posing, Option<usize>)) -> FloorHand {
-    let arm = stack.limb(hand.limb);
-    let [source, target] = &hand.ends;
+    let (arm, [source, target]) = (&hand.arm, &hand.ends);
     let source = Surface::new(source, |joints| stack.source_posing(joints.iter().copied().chain(arm.source.joints())));
     let target = Surface::new(target, |joints| stack.target_posing(joints.iter().copied().chain(arm.target.joints())));
     let carrier = carrier.unwrap_or(arm.target.start);
@@ -310,7 +325,8 @@ fn floor_hand(stack: &StackBuilder<'_>, hand: &Hand, (carriers, carrier): (&Posi
     let of_source = reach(&stack.source_rest, &arm.source, &source);
     let height = stack.source_rest[arm.source.start].translation.dot(up) - stack.ground().source_rest_floor;
     FloorHand {
-        arm: stack.solved_limb(hand.limb, &IkOp::default(), &target.posing),
+        arm: stack.solved_limb(arm, &IkOp::default(), &target.posing),
+        changed: hand.turned().map(|joint| Changed { joint, rotates: true, moves: false }).collect(),
         carrier: carriers.slot(carrier),
         reach: to_arm + reach(&stack.target_rest, &arm.target, &target),
         hangs: (height - of_source) / stack.legs().0,

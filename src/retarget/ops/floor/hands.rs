@@ -24,17 +24,20 @@ use crate::{
 
 use super::{Surface, smooth_above};
 
-/// A hand of the source that is no higher over the floor touches it, in legs; and over how much that ceases. Of figures whose hands hang near the
-/// floor as they stand, over such a share of that.
+/// A hand of the source that is no higher over the floor touches it, in legs; and over how much that ceases.
 const TOUCHES_LEGS: f64 = 0.02;
 const TOUCHES_FADE_LEGS: f64 = 0.08;
-const TOUCHES_FADE_SHARE: f64 = 0.5;
+/// Hands that hang lower as the figure stands, in legs, touch the floor the less on purpose: it says less of others.
+const HANGS_LEGS: f64 = 0.3;
 /// A hand is moved down by no more, in legs of the target.
 const MAX_LOWER_LEGS: f64 = 0.15;
 /// Standard deviation of the smoothing of what hands are moved by.
 const LIFT_SECONDS: f64 = 0.06;
 /// What is moved by less, in legs, stays as it is.
 const LITTLE_LEGS: f64 = 1e-5;
+/// Hands that go along with their forearms turn as those are raised: what is then in the floor by more, in legs, is raised again so often.
+const LEFT_LEGS: f64 = 1e-3;
+const ROUNDS: usize = 3;
 
 /// Moves hands up and down.
 #[derive(Clone, Debug)]
@@ -48,8 +51,6 @@ pub(in crate::retarget) struct HandStage {
     pub(in crate::retarget) target_leg: f64,
     /// Whether the target is the source's figure.
     pub(in crate::retarget) is_same: bool,
-    /// Start, middle and end of each arm.
-    pub(in crate::retarget) changed: Vec<Changed>,
     /// What rides arms and hands.
     pub(in crate::retarget) riders: Option<RideStage>,
 }
@@ -59,6 +60,8 @@ pub(in crate::retarget) struct HandStage {
 pub(in crate::retarget) struct FloorHand {
     /// The arm of the target, by slots of the target's surface.
     pub(in crate::retarget) arm: SolvedLimb,
+    /// Upper arm and forearm, and the hand where it turns about its wrist.
+    pub(in crate::retarget) changed: Vec<Changed>,
     pub(in crate::retarget) source: Surface,
     pub(in crate::retarget) target: Surface,
     /// Slot of a joint that carries the arm in the stage's posing, and how far below that the hand can be.
@@ -89,10 +92,12 @@ impl HandStage {
         work.rows(self.hands.len(), || self.carriers.pose(), fill)
     }
 
-    /// What a hand is to be moved by at every frame; nothing where it stays where it is. `is_near` says whether it may be at the floor.
+    /// What a hand is to be moved by at every frame; nothing where it stays where it is. `is_near` says whether it may be at the floor. In further
+    /// rounds it is only brought out of the floor.
     fn moves(
         &self,
         hand: &FloorHand,
+        round: usize,
         is_near: impl Fn(usize) -> bool + Sync + Send,
         work: &Work<'_>,
     ) -> Result<Option<Vec<f64>>, Canceled> {
@@ -107,6 +112,9 @@ impl HandStage {
             let source = hand.source.lowest(|slot| &poses.0.model[slot], up) - ground.source_floor;
             let target = hand.target.lowest(|slot| &poses.1.model[slot], up) - ground.target_floor;
             row[0] = self.wanted(hand, source / self.source_leg, target / self.target_leg);
+            if round > 0 {
+                row[0].wanted = row[0].least.max(0.0);
+            }
         };
         let rows = work.rows(1, || (hand.source.posing.pose(), hand.target.posing.pose()), fill)?;
         let alpha = |frame: usize| self.schedule.alpha_at(work.moment(frame));
@@ -118,15 +126,16 @@ impl HandStage {
                 .collect()
         };
         let moves = smooth_above(&scaled(|row| row.wanted), &scaled(|row| row.least), work.performed, LIFT_SECONDS);
-        let is_little = |moved: &f64| moved.abs() < LITTLE_LEGS * self.target_leg;
+        let little = if round > 0 { LEFT_LEGS } else { LITTLE_LEGS };
+        let is_little = |moved: &f64| moved.abs() < little * self.target_leg;
         Ok((!moves.iter().all(is_little)).then_some(moves))
     }
 
     /// For the heights of the lowest points of both hands over their floors, in legs.
     fn wanted(&self, hand: &FloorHand, source: f64, target: f64) -> Move {
         let least = if self.is_same { source.min(0.0) } else { 0.0 } - target;
-        let fade = TOUCHES_FADE_LEGS.min(TOUCHES_FADE_SHARE * hand.hangs.max(0.0)).max(f64::MIN_POSITIVE);
-        let touches = 1.0 - smootherstep((source - TOUCHES_LEGS) / fade);
+        let touches = 1.0 - smootherstep((source - TOUCHES_LEGS) / TOUCHES_FADE_LEGS);
+        let touches = touches * smootherstep(hand.hangs / HANGS_LEGS);
         let height = if self.is_same { source } else { source.max(0.0) };
         let wanted = ((height - target) * touches).max(-MAX_LOWER_LEGS);
         Move { wanted: wanted.max(least), least }
@@ -160,6 +169,31 @@ impl FloorHand {
     }
 }
 
+impl HandStage {
+    /// Moves a hand up by so much at every frame.
+    fn raise(&self, hand: &FloorHand, moves: &[f64], work: &mut Work<'_>) -> Result<(), Canceled> {
+        let (posing, slots) = (&hand.target.posing, &hand.arm.slots);
+        let axes = hand.axes(work)?;
+        let slots = [slots.start, slots.middle, slots.end];
+        let width = hand.changed.len();
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
+            if moves[frame].abs() < LITTLE_LEGS * self.target_leg {
+                let kept = |slot| posing.local_rotation(slot, &work.target, frame);
+                row.iter_mut().zip(slots).for_each(|(change, slot)| change.rotation = kept(slot));
+                return;
+            }
+            posing.fill(pose, &work.target, frame);
+            let goal = hand.goal(pose, self.ground.up * moves[frame]);
+            let axis = pose.model[hand.arm.slots.start].rotation.conjugate() * axes[frame];
+            let around = Around { axis: axis.try_normalize(), change: None };
+            row.copy_from_slice(&hand.arm.solve(posing, pose, &goal, around).changes[..width]);
+        };
+        let rows = work.rows(width, || posing.pose(), fill)?;
+        work.write_columns(&hand.changed, |frame, index| &rows[frame * width + index]);
+        Ok(())
+    }
+}
+
 impl Stage for HandStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let near = self.near(work)?;
@@ -167,27 +201,13 @@ impl Stage for HandStage {
             return Ok(());
         }
         let mut is_moved = false;
-        for (index, (hand, changed)) in self.hands.iter().zip(self.changed.chunks_exact(3)).enumerate() {
+        for (index, hand) in self.hands.iter().enumerate() {
             let is_near = |frame: usize| near[frame * self.hands.len() + index];
-            let Some(moves) = self.moves(hand, is_near, work)? else { continue };
-            let posing = &hand.target.posing;
-            let axes = hand.axes(work)?;
-            let slots = [hand.arm.slots.start, hand.arm.slots.middle, hand.arm.slots.end];
-            let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
-                if moves[frame].abs() < LITTLE_LEGS * self.target_leg {
-                    let kept = |slot| posing.local_rotation(slot, &work.target, frame);
-                    row.iter_mut().zip(slots).for_each(|(change, slot)| change.rotation = kept(slot));
-                    return;
-                }
-                posing.fill(pose, &work.target, frame);
-                let goal = hand.goal(pose, self.ground.up * moves[frame]);
-                let axis = pose.model[hand.arm.slots.start].rotation.conjugate() * axes[frame];
-                let around = Around { axis: axis.try_normalize(), change: None };
-                row.copy_from_slice(&hand.arm.solve(posing, pose, &goal, around).changes);
-            };
-            let rows = work.rows(slots.len(), || posing.pose(), fill)?;
-            work.write_columns(changed, |frame, index| &rows[frame * slots.len() + index]);
-            is_moved = true;
+            for round in 0..ROUNDS {
+                let Some(moves) = self.moves(hand, round, is_near, work)? else { break };
+                self.raise(hand, &moves, work)?;
+                is_moved = true;
+            }
         }
         match &self.riders {
             Some(riders) if is_moved => riders.run(work),

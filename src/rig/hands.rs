@@ -1,9 +1,11 @@
-//! How far a hand reaches on all sides: the ends of palm and fingers, from the skinned mesh where there is one, else guessed from joints.
+//! Where a hand begins, and how far it reaches on all sides: the ends of palm and fingers, from the skinned mesh where there is one, else
+//! guessed from joints.
 
 use glam::DVec3;
 
 use super::{
-    limb::Limb,
+    limb::{Limb, LimbJoints},
+    limb_joints::{LegJoints, limb_joints},
     rig::Rig,
     volumes::{Anchor, Body},
 };
@@ -21,22 +23,59 @@ const FINGER_LEGS: f64 = 0.01;
 /// How long a hand usually is from the wrist, in legs.
 const LENGTH_LEGS: f64 = 0.2;
 
+/// What a hand begins with that has no joint of its own: fingers hang from the forearm then.
+const PALM: [&str; 6] = ["middle_metacarpal", "index_metacarpal", "ring_metacarpal", "middle", "index", "ring"];
+
+/// The joint at which a hand begins.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wrist {
+    pub(crate) joint: usize,
+    /// Whether it turns the whole hand, which moves with the forearm else.
+    pub(crate) turns_hand: bool,
+}
+
+impl Wrist {
+    /// Nothing where it was not recognized, and for what is no arm.
+    pub(crate) fn of(side: &Rig<'_>, arm: Limb) -> Option<Self> {
+        let prefix = prefix(arm)?;
+        let first = |part: &str| side.role(&format!("{prefix}{part}")).first().copied();
+        let own = first("hand").map(|joint| Self { joint, turns_hand: true });
+        own.or_else(|| PALM.iter().find_map(|part| first(part)).map(|joint| Self { joint, turns_hand: false }))
+    }
+}
+
+/// What an arm's roles begin with; nothing for what is no arm.
+fn prefix(arm: Limb) -> Option<&'static str> {
+    match arm {
+        Limb::LeftArm => Some("left_"),
+        Limb::RightArm => Some("right_"),
+        _ => None,
+    }
+}
+
+/// An arm down to its wrist; `unit` is plan units per unit of the side.
+pub(crate) fn arm_joints(side: &Rig<'_>, arm: Limb, unit: f64) -> Option<LimbJoints> {
+    let prefix = prefix(arm)?;
+    let first = |part: &str| side.role(&format!("{prefix}{part}")).first().copied();
+    let (start, middle, wrist) = (first("upper_arm")?, first("forearm")?, Wrist::of(side, arm)?);
+    limb_joints(arm, &LegJoints { chain: [start, middle, middle, wrist.joint], beyond: None }, side, unit)
+}
+
 /// Points that are fixed to the joints of a hand, each with how far the hand goes on about it, in plan units; `unit` is plan units per unit
 /// of the side. Nothing for what is no arm.
 pub(crate) fn hand_ends(side: &Rig<'_>, arm: Limb, unit: f64) -> Vec<(Anchor, f64)> {
-    let prefix = match arm {
-        Limb::LeftArm => "left_",
-        Limb::RightArm => "right_",
-        _ => return Vec::new(),
+    let (Some(prefix), Some(Wrist { joint: wrist, turns_hand }), Some(body)) =
+        (prefix(arm), Wrist::of(side, arm), Body::of(side, unit))
+    else {
+        return Vec::new();
     };
-    let Some(body) = Body::of(side, unit) else { return Vec::new() };
-    let Some(wrist) = body.first(&format!("{prefix}hand")) else { return Vec::new() };
     let skeleton = side.skeleton();
     let forearms = side.role(&format!("{prefix}forearm"));
     let forearm = forearms.first().map(|joint| body.at(*joint));
     let most = forearm.map_or(0.0, |elbow| elbow.distance(body.at(wrist))).max(HAND_LEGS * body.leg);
-    let is_near = |joint: &usize| body.at(*joint).distance(body.at(wrist)) < most;
-    let below = (wrist..skeleton.len()).filter(|joint| skeleton.is_ancestor_or_self(wrist, *joint));
+    let is_near = |joint: &usize| body.at(*joint).distance(body.at(wrist)) < most && !forearms.contains(joint);
+    let top = if turns_hand { wrist } else { forearms.last().copied().unwrap_or(wrist) };
+    let below = (top..skeleton.len()).filter(|joint| skeleton.is_ancestor_or_self(top, *joint));
     let joints: Vec<usize> = below.filter(is_near).collect();
     // What a forearm moves that is nearer to the wrist goes with the hand: cuffs, and the paws of comic figures.
     let of_hand = |place: DVec3| forearm.is_some_and(|elbow| place.distance(body.at(wrist)) < place.distance(elbow));
