@@ -11,7 +11,7 @@
 mod agreement;
 mod bends;
 mod body;
-mod body_depth;
+mod body_floor;
 mod clearance;
 mod collisions;
 mod contacts;
@@ -53,7 +53,7 @@ use serde::{Deserialize, Serialize};
 use self::{
     bends::Bends,
     body::Size,
-    body_depth::body_depth,
+    body_floor::BodyOnFloor,
     collisions::Collisions,
     coverage::undriven_body,
     curves::Keep,
@@ -195,6 +195,7 @@ pub fn measure(
     let curves = curves(&every, &spread, is_full);
     let (contacts, contacts_left_out) = (every.contacts, every.contacts_left_out);
     let frames_measured = spread.compared.len();
+    let body = BodyOnFloor::measure(&performers, &sizes, looked_at, every.has_raised_ground);
     let of_tracks = [
         (MetricName::RotationJumps, jumps),
         (MetricName::QuaternionContinuity, continuity),
@@ -203,7 +204,8 @@ pub fn measure(
         (MetricName::UndrivenBody, undriven_body(mapping, &performers)),
         (MetricName::RestResidual, rest_residual(&rigs)),
         (MetricName::LoopSeam, loop_seam(mapping, &performers, &sizes)),
-        (MetricName::BodyPenetration, body_depth(&performers, &sizes, looked_at, every.has_raised_ground)),
+        (MetricName::BodyPenetration, body.penetration),
+        (MetricName::HandFloat, body.hand_float),
     ];
     let judged = |(name, finding): (MetricName, Finding)| {
         (name, judge(name, finding, choice, target.skeleton(), result.times_seconds()))

@@ -164,6 +164,8 @@ pub enum MetricName {
     /// How much deeper hands, arms, head, knees and trunk are in the floor than the source's, at 1 m leg length; 98th percentile over
     /// frames, of the worst part.
     BodyPenetration,
+    /// How much farther a hand is off the floor than the source's that lies on it, at 1 m leg length; 95th percentile over those frames.
+    HandFloat,
 }
 
 /// What is known of a metric before anything is measured.
@@ -209,7 +211,7 @@ impl MetricName {
 }
 
 /// The one place of all thresholds.
-const METRICS: [MetricInfo; 29] = [
+const METRICS: [MetricInfo; 30] = [
     MetricInfo {
         metric: MetricName::FootSlide,
         name: "foot_slide",
@@ -506,6 +508,16 @@ const METRICS: [MetricInfo; 29] = [
         forgives_source: false,
         weight: 1.0,
         about: "how much deeper the lowest vertex of hands, arms, head, knees or trunk (without a mesh: their joints) is in the floor than the source's, at 1 m leg length; 98th percentile over frames, of the worst part",
+    },
+    MetricInfo {
+        metric: MetricName::HandFloat,
+        name: "hand_float",
+        unit: "cm",
+        threshold: Threshold { warn_above: 5.0, fail_above: 12.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "how far the lowest vertex of a hand is off the floor while the source's lies on it, beyond the source's, at 1 m leg length; 95th percentile over those frames",
     },
 ];
 

@@ -123,25 +123,42 @@ fn hands_lie_on_the_floor_where_the_sources_do() {
             [MetricName::BodyPenetration, MetricName::RotationJumps, MetricName::ElbowPop, MetricName::LimbDirection]
                 .map(|name| value(&measures, name));
         assert!(deep < 0.6 && jumps == 0.0 && pops < 5.0, "arms of {arms}: {deep} cm, {jumps} jumps, {pops} at elbows");
+        let float = value(&measures, MetricName::HandFloat);
+        assert!(float < 1.0, "arms of {arms}: {float} cm off the floor");
         assert!(direction < 20.0, "arms that are kept out of the floor point where they have to: {direction}");
     }
 }
 
-#[test]
-fn hands_in_the_floor_are_told_as_deep_as_they_are() {
-    let (source, target) = (touching(), mannequin(1.8));
+/// How high a hand is over the floor where the body is bent down, in centimeters at a leg of 1 m, and what the report says of it.
+fn told(arms: f32) -> (f64, Measures) {
+    let (source, target) = (touching(), mannequin(arms));
     let result = without_hands(&source, &target);
-    let measures = report(&source, &target, &result);
-    let metric = &measures.metrics[&MetricName::BodyPenetration];
     let rig = rig_of("target", &target);
     let pose = world(&target.skeleton, None);
     let [hip, knee, ankle] = ["left_thigh", "left_shin", "left_foot"].map(|role| position(&pose, rig.role(role)[0]));
     let leg = hip.distance(knee) + knee.distance(ankle);
-    let depth = -lowest(&target, &result.clip, DOWN, "left") / leg * 100.0;
+    (lowest(&target, &result.clip, DOWN, "left") / leg * 100.0, report(&source, &target, &result))
+}
+
+#[test]
+fn hands_in_the_floor_are_told_as_deep_as_they_are() {
+    let (height, measures) = told(1.8);
+    let metric = &measures.metrics[&MetricName::BodyPenetration];
     let told = metric.parts["left_hand"];
-    assert!(depth > 8.0 && (told - depth).abs() < 0.5, "{told} is told where {depth} is seen: {metric:?}");
+    assert!(height < -8.0 && (told + height).abs() < 0.1, "{told} is told where {height} is seen: {metric:?}");
     assert_eq!(metric.verdict, Verdict::Fail);
     assert!(metric.worst.iter().any(|worst| worst.joint == "hand_l"), "{:?}", metric.worst);
+}
+
+#[test]
+fn hands_off_the_floor_are_told_as_high_as_they_are() {
+    let (height, measures) = told(1.2);
+    let told = measures.metrics[&MetricName::HandFloat].parts["left_hand"];
+    assert!(height > 8.0 && (told - height).abs() < 0.1, "{told} is told where {height} is seen");
+    let (source, target) = (samples::walk_scene(), mannequin(1.0));
+    let measures = report(&source, &target, &with_hands(&source, &target));
+    assert_eq!(measures.metrics[&MetricName::HandFloat].verdict, Verdict::NotApplicable, "of a walk");
+    assert_eq!(value(&measures, MetricName::BodyPenetration), 0.0, "of a walk");
 }
 
 #[test]

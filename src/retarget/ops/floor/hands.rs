@@ -28,7 +28,7 @@ use super::{Surface, smooth_above};
 const TOUCHES_LEGS: f64 = 0.02;
 const TOUCHES_FADE_LEGS: f64 = 0.08;
 /// Hands that hang lower as the figure stands, in legs, touch the floor the less on purpose: it says less of others.
-const HANGS_LEGS: f64 = 0.3;
+const HANGS_LEGS: f64 = 0.15;
 /// A hand is moved down by no more, in legs of the target.
 const MAX_LOWER_LEGS: f64 = 0.15;
 /// Standard deviation of the smoothing of what hands are moved by.

@@ -1,4 +1,4 @@
-//! How deep hands, arms, head, knees and trunk are in the floor.
+//! How deep hands, arms, head, knees and trunk are in the floor, and how far hands are off it where the source's lie on it.
 //!
 //! By the skin where there is one, else by the joints alone. What the source's part is deep at the same frame is forgiven; of a source without
 //! a mesh that is what its joints are, since nobody sees how thick it is.
@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{
-    body::Size,
+    body::{Size, bones_length},
     metric::{Finding, Reading, Series},
     motion::{Both, CHUNK_FRAMES, Kinematics, Performer},
     vertex_set::{Row, VertexSet},
@@ -29,9 +29,16 @@ const HAND_LEGS: f64 = 0.4;
 const SHANK_LEGS: f64 = 0.25;
 /// What is lower below the pelvis than this, in legs, is no trunk but a skirt or a cape.
 const LAP_LEGS: f64 = 0.3;
+/// A hand of the source that is no higher over the floor lies on it, in legs.
+const LIES_LEGS: f64 = 0.03;
+/// Hands that hang lower as the figure stands, in legs, lie on the floor by no purpose.
+const HANGS_LEGS: f64 = 0.15;
+/// Hands that are higher are not told how high they are, in legs.
+const MAX_HEIGHT_LEGS: f64 = 0.6;
 const CENTIMETERS: f64 = 100.0;
 const NO_FLOOR: &str = "no floor is known on both sides";
 const NO_PARTS: &str = "neither hands, head nor trunk were recognized on both sides";
+const NO_HANDS: &str = "no hand of the source lies on the floor in this clip";
 const RAISED_GROUND: &str =
     "feet stand above or below the floor, so that nobody knows where it is below the rest of the body";
 
@@ -114,34 +121,96 @@ impl Question for VerticesOfBody {
     type Answer = Arc<Parts>;
 }
 
-/// How much deeper a part is in the floor than the source's, in centimeters at 1 m leg length; 98th percentile over frames, of the worst part.
-pub(super) fn body_depth(
-    performers: &Both<Performer<'_>>,
-    sizes: &Both<Size>,
-    frames: &[usize],
-    has_raised_ground: bool,
-) -> Finding {
-    if has_raised_ground {
-        return Err(RAISED_GROUND);
+/// What is found out about the body and the floor.
+pub(super) struct BodyOnFloor {
+    /// How much deeper a part is in it than the source's, in centimeters at 1 m leg length; 98th percentile over frames, of the worst part.
+    pub(super) penetration: Finding,
+    /// How much farther a hand is off it than the source's that lies on it; 95th percentile over those frames.
+    pub(super) hand_float: Finding,
+}
+
+/// The heights of the lowest points of a part over the floors of both sides, in legs, frame by frame.
+struct PartHeights {
+    part: &'static PartOfBody,
+    joint: usize,
+    heights: Both<Vec<f64>>,
+}
+
+impl BodyOnFloor {
+    pub(super) fn measure(
+        performers: &Both<Performer<'_>>,
+        sizes: &Both<Size>,
+        frames: &[usize],
+        has_raised_ground: bool,
+    ) -> Self {
+        if has_raised_ground {
+            return Self { penetration: Err(RAISED_GROUND), hand_float: Err(RAISED_GROUND) };
+        }
+        let Some(parts) = part_heights(performers, sizes, frames) else {
+            return Self { penetration: Err(NO_FLOOR), hand_float: Err(NO_FLOOR) };
+        };
+        let depth = |(source, target): (f64, f64)| source.min(0.0) - target.min(0.0);
+        let sunk: Vec<Series> = parts.iter().map(|part| part.series(depth)).collect();
+        let float = |(source, target): (f64, f64)| if source < LIES_LEGS { target - source.max(0.0) } else { f64::NAN };
+        let hands = parts.iter().filter(|part| part.is_hand() && hangs(&performers.source, part.part) > HANGS_LEGS);
+        let off: Vec<Series> = hands.map(|part| part.with_arm(&parts).series(float)).collect();
+        Self {
+            penetration: Reading::of_worst_part(&sunk, frames, 0.98).ok_or(NO_PARTS),
+            hand_float: Reading::of_series(&off, frames, 0.95).ok_or(NO_HANDS),
+        }
     }
-    let legs = sizes.map(|size| size.leg);
-    let (Some(source_leg), Some(target_leg)) = (legs.source, legs.target) else { return Err(NO_FLOOR) };
-    let depths = |performer: &Performer<'_>, leg: f64| {
-        let (_, floor) = floors(performer.rig, performer.clip)?;
+}
+
+impl PartHeights {
+    fn is_hand(&self) -> bool {
+        matches!(self.part.keep, Keep::NearWrist(_))
+    }
+
+    /// With the height of the target's whole arm: a hand is not off the floor whose forearm lies there.
+    fn with_arm(&self, parts: &[Self]) -> Self {
+        let arm = self.part.name.replace("_hand", "_arm");
+        let mut target = self.heights.target.clone();
+        if let Some(arm) = parts.iter().find(|part| part.part.name == arm) {
+            target.iter_mut().zip(&arm.heights.target).for_each(|(hand, arm)| *hand = hand.min(*arm));
+        }
+        Self { heights: Both { source: self.heights.source.clone(), target }, ..*self }
+    }
+
+    /// What is more than nothing of a difference of heights, in centimeters.
+    fn series(&self, difference: impl Fn((f64, f64)) -> f64) -> Series {
+        let pairs = self.heights.source.iter().copied().zip(self.heights.target.iter().copied());
+        // What is not a number stays so.
+        let values =
+            pairs.map(|pair| difference(pair) * CENTIMETERS).map(|value| if value < 0.0 { 0.0 } else { value });
+        Series { part: self.part.name.to_owned(), joint: self.joint, values: values.collect() }
+    }
+}
+
+/// Nothing where a floor or a leg is not known.
+fn part_heights(performers: &Both<Performer<'_>>, sizes: &Both<Size>, frames: &[usize]) -> Option<Vec<PartHeights>> {
+    let heights = |performer: &Performer<'_>, size: &Size| {
+        let (leg, (_, floor)) = (size.leg?, floors(performer.rig, performer.clip)?);
         let parts = performer.rig.recall(VerticesOfBody { leg }, |_| Arc::new(Parts::find(performer.rig, leg)));
-        Some(parts.depths(performer, frames, floor))
+        Some(parts.heights(performer, frames, floor, leg))
     };
-    let (source, target) = (
-        depths(&performers.source, source_leg).ok_or(NO_FLOOR)?,
-        depths(&performers.target, target_leg).ok_or(NO_FLOOR)?,
-    );
-    let beyond = |(source, target): (&f64, &f64)| (target / target_leg - source / source_leg).max(0.0) * CENTIMETERS;
-    let series = PARTS.iter().zip(source.iter().zip(&target)).filter_map(|(part, (source, target))| {
-        let values = source.as_ref()?.iter().zip(target.as_ref()?).map(beyond).collect();
+    let source = heights(&performers.source, &sizes.source)?;
+    let target = heights(&performers.target, &sizes.target)?;
+    let both = PARTS.iter().zip(source.into_iter().zip(target)).filter_map(|(part, (source, target))| {
         let joint = performers.target.rig.role(part.told).first().copied()?;
-        Some(Series { part: part.name.to_owned(), joint, values })
+        Some(PartHeights { part, joint, heights: Both { source: source?, target: target? } })
     });
-    Reading::of_worst_part(&series.collect::<Vec<Series>>(), frames, 0.98).ok_or(NO_PARTS)
+    Some(both.collect())
+}
+
+/// How high a hand is over the floor where the rig stands and its arm hangs straight down, in legs.
+fn hangs(performer: &Performer<'_>, hand: &PartOfBody) -> f64 {
+    let Keep::NearWrist([wrist, elbow]) = hand.keep else { return f64::INFINITY };
+    let (rig, shoulder) = (performer.rig, elbow.replace("_forearm", "_upper_arm"));
+    let [shoulder, elbow, wrist] = [&shoulder, elbow, wrist].map(|role| rig.role(role).first().copied());
+    let (Some(shoulder), Some(elbow), Some(wrist)) = (shoulder, elbow, wrist) else { return f64::INFINITY };
+    let (Some(leg), Some((floor, _))) = (Size::of(rig).leg, floors(rig, performer.clip)) else { return f64::INFINITY };
+    let arm = bones_length(rig, shoulder, elbow) + bones_length(rig, elbow, wrist);
+    ((rig.rest_height(shoulder) - floor) * rig.unit_meters - arm) / leg - HAND_LEGS / 2.0
 }
 
 impl Parts {
@@ -165,24 +234,30 @@ impl Parts {
         Self { joints, parts }
     }
 
-    /// How deep each part is below a floor, in meters, frame by frame; nothing for parts that are not known.
-    fn depths(&self, performer: &Performer<'_>, frames: &[usize], floor: f64) -> Vec<Option<Vec<f64>>> {
+    /// How high the lowest point of each part is over a floor, in legs, frame by frame; of hands and arms alone what is above it. Nothing for parts
+    /// that are not known. The leg is in meters.
+    fn heights(&self, performer: &Performer<'_>, frames: &[usize], floor: f64, leg: f64) -> Vec<Option<Vec<f64>>> {
         let kinematics = Kinematics::of_joints(performer, &self.joints);
-        let (unit, up) = (performer.rig.unit_meters, performer.rig.up());
+        let (unit, up) = (leg / performer.rig.unit_meters, performer.rig.up());
+        let limit = |part: &PartOfBody| {
+            let is_of_arm = part.name.ends_with("_hand") || part.name.ends_with("_arm");
+            let most = if is_of_arm { MAX_HEIGHT_LEGS } else { 0.0 };
+            floor + most * unit
+        };
         let of_chunk = |frames: &[usize]| {
             let mut model = vec![Transform::IDENTITY; kinematics.len()];
             let mut rows = vec![Row::default(); kinematics.len()];
             let mut first = vec![0; self.parts.len()];
-            let mut depths = Vec::with_capacity(frames.len() * self.parts.len());
+            let mut heights = Vec::with_capacity(frames.len() * self.parts.len());
             for &frame in frames {
                 kinematics.pose(frame, &mut model);
                 rows.iter_mut().zip(&model).for_each(|(row, joint)| *row = Row::of(joint, up));
-                for (part, first) in self.parts.iter().zip(&mut first) {
-                    let depth = part.as_ref().map_or(0.0, |part| part.depth(floor, &rows, first));
-                    depths.push(depth * unit);
+                for ((part, shape), first) in PARTS.iter().zip(&self.parts).zip(&mut first) {
+                    let lowest = shape.as_ref().map_or(floor, |shape| shape.lowest(limit(part), &rows, first));
+                    heights.push((lowest - floor) / unit);
                 }
             }
-            depths
+            heights
         };
         let chunks: Vec<Vec<f64>> = frames.par_chunks(CHUNK_FRAMES).map(of_chunk).collect();
         let width = self.parts.len();
@@ -195,19 +270,16 @@ impl Parts {
 }
 
 impl Shape {
-    /// `first` is where it was lowest in the frame before.
-    fn depth(&self, floor: f64, rows: &[Row], first: &mut usize) -> f64 {
+    /// Its lowest height, or a limit where it is higher. `first` is where it was lowest in the frame before.
+    fn lowest(&self, limit: f64, rows: &[Row], first: &mut usize) -> f64 {
         let bound = |&(joint, reach): &(usize, f64)| rows[joint].lower_bound(reach);
         let bound = self.reaches.iter().map(bound).fold(f64::INFINITY, f64::min);
-        if bound >= floor {
-            return 0.0;
-        }
-        if self.vertices.is_empty() {
-            return floor - bound;
+        if bound >= limit || self.vertices.is_empty() {
+            return bound.min(limit);
         }
         let lowest;
-        (lowest, *first) = self.vertices.lowest_below(floor, rows, *first);
-        floor - lowest
+        (lowest, *first) = self.vertices.lowest_below(limit, rows, *first);
+        lowest
     }
 }
 
