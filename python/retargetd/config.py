@@ -541,6 +541,7 @@ class FloorFields(TypedDict, total=False):
     adaptive: bool
     shift_pelvis: bool
     trunk: bool
+    hands: bool
 
 
 class SelfContactFields(TypedDict, total=False):
