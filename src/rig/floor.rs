@@ -12,8 +12,9 @@ const SOLE_ON_ORIGIN: f64 = 0.05;
 /// The sole of a mesh is at most this share of the pelvis height below the lowest joint of the feet; one that is further away
 /// does not belong to the skeleton as it stands.
 const THICKEST_SOLE: f64 = 0.25;
-/// A lowest joint higher above the origin than this share of the pelvis height is no ankle that stands there, but hovers.
-const THICK: f64 = 0.1;
+/// A lowest joint that comes no lower above the origin than this share of the pelvis height is an ankle: it says where the floor is, since
+/// the rest pose counts it as that.
+const ANKLE: f64 = 0.04;
 /// Feet that stand come at most this share of the pelvis height below the floor of a clip.
 const SINKS: f64 = 0.03;
 /// Fewer points are no foot.
@@ -173,7 +174,7 @@ pub(crate) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor:
     let above = |candidate: f64| (-SINKS * height..=STANDS_ON_ORIGIN * height).contains(&(touching - candidate));
     if above(rest_floor) {
         ClipFloor { height: rest_floor, is_joint: true }
-    } else if above(0.0) && touching <= THICK * height {
+    } else if above(0.0) && touching <= ANKLE * height {
         ClipFloor { height: 0.0, is_joint: false }
     } else {
         ClipFloor { height: touching, is_joint: true }

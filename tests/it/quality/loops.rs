@@ -141,7 +141,7 @@ fn a_root_that_stays_does_not_jump() {
     let ways: Vec<Vec3> = places.iter().map(|place| *place * level).collect();
     places.iter_mut().zip(&ways).for_each(|(place, way)| *place -= *way);
     tracks[root].translation = Track::Sampled(ways);
-    let source = Scene { clips: vec![walked.clip.clone().with_joints(tracks).expect("a clip")], ..target.clone() };
+    let source = Scene { clips: vec![walked.clip.with_joints(tracks).expect("a clip")], ..target.clone() };
     let moved = result(&source, &target);
     assert!(!moved.clip.joints()[root].translation.is_animated(), "the root stays");
     let metric = seam(&source, &target, &moved);

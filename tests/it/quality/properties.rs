@@ -4,11 +4,14 @@
 use glam::{DVec3, Quat, Vec3};
 use retargetd::{
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track},
-    retarget::{Resolved, Stack, parse_spec, resolve},
+    retarget::{MetricName, Resolved, Stack, parse_spec, resolve},
     rig::Rig,
+    samples,
 };
 
-use super::figure::{Figure, degrees_between, percentile, position, rotations, world};
+use super::figure::{
+    Figure, degrees_between, measured, moved, percentile, position, rig_of, rotations, value, with_roots_moved, world,
+};
 use crate::support::corpus_file;
 
 const PLAIN: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
@@ -281,5 +284,38 @@ fn mapped<T: Copy>(track: &Track<T>, change: impl Fn(T) -> T) -> Track<T> {
         Track::Rest => Track::Rest,
         Track::Constant(value) => Track::Constant(change(*value)),
         Track::Sampled(values) => Track::Sampled(values.iter().map(|value| change(*value)).collect()),
+    }
+}
+
+/// The walk by joints down to the ankles, with the pelvis at the origin at rest, so many meters higher than it was made.
+fn walk_of_ankles(higher: f32) -> Scene {
+    let walk = with_roots_moved(&samples::walk_scene(), |_| Vec3::Y * higher);
+    let joints = walk.skeleton.joints();
+    let kept: Vec<usize> = (0..joints.len()).filter(|joint| !joints[*joint].name.contains("Toe")).collect();
+    let joint = |&index: &usize| {
+        let mut joint = joints[index].clone();
+        joint.parent = joint.parent.map(|parent| kept.binary_search(&parent).expect("what is above is kept"));
+        if joint.parent.is_none() {
+            joint.rest.translation = DVec3::ZERO;
+        }
+        joint
+    };
+    let skeleton = Skeleton::new(kept.iter().map(joint).collect()).expect("a skeleton");
+    let clip = &walk.clips[0];
+    let tracks = kept.iter().map(|joint| clip.joints()[*joint].clone()).collect();
+    let clip = Clip::new(clip.name().into(), clip.times_seconds().to_vec(), tracks).expect("a clip");
+    Scene { skeleton, clips: vec![clip], ..Scene::default() }
+}
+
+/// Nothing but its ankles says where such a source stands, whether they are as high over the origin as ankles are or hover above it.
+#[test]
+fn what_has_ankles_alone_stands_however_high_its_clip_is() {
+    let target = samples::mannequin_scene();
+    for higher in [0.0, 0.03, 0.06, 0.3] {
+        let source = walk_of_ankles(higher);
+        let (from, onto) = (rig_of("source", &source), rig_of("target", &target));
+        let measures = measured(&from, &onto, &moved(&from, &onto));
+        let float = value(&measures, MetricName::FloorFloat);
+        assert!(float < 1.0, "{higher} m higher: feet of the target are {float} cm off the floor");
     }
 }
