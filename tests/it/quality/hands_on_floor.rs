@@ -10,7 +10,9 @@ use retargetd::{
 };
 
 use super::{
-    figure::{measured, moved, moved_with, position, read_scene, rig_of, rotation, rotations, value, world},
+    figure::{
+        measured, moved, moved_with, position, read_scene, rig_of, rotation, rotations, value, with_roots_moved, world,
+    },
     made_rigs::clip_of,
 };
 use crate::quality::figure::{degrees_between, with_clip};
@@ -175,6 +177,14 @@ fn hands_away_from_the_floor_and_a_figures_own_stay_as_they_are() {
         let apart = own.iter().zip(&moved).map(|(own, moved)| degrees_between(*own, *moved)).fold(0.0, f64::max);
         assert!(apart < 0.05, "frame {frame}: {apart} degrees");
     }
+}
+
+/// A clip may fall through the floor, or have its pelvis at the origin: arms do not fold for that.
+#[test]
+fn hands_of_a_figure_that_is_below_the_floor_are_left_alone() {
+    let target = mannequin(1.25);
+    let source = with_roots_moved(&samples::walk_scene(), |time| -Vec3::Y * (2.0 * time) as f32);
+    assert_eq!(with_hands(&source, &target).clip, without_hands(&source, &target).clip);
 }
 
 /// A source of joints alone is as thick as bodies usually are; where that is in the floor, others are not put there.

@@ -22,7 +22,7 @@ use crate::{
     },
 };
 
-use super::{Surface, smooth_above};
+use super::{Surface, smooth_above, trunk::SUNK_LEGS};
 
 /// A hand of the source that is no higher over the floor touches it, in legs; and over how much that ceases.
 const TOUCHES_LEGS: f64 = 0.02;
@@ -80,9 +80,15 @@ struct Move {
 }
 
 impl HandStage {
-    /// Whether each hand may be at the floor, frame by frame.
+    /// Whether each hand may be at the floor, frame by frame; none where the figure is in it, as in clips that fall below it.
     fn near(&self, work: &Work<'_>) -> Result<Vec<bool>, Canceled> {
+        let sunk = self.ground.source_floor - SUNK_LEGS * self.source_leg;
+        let is_sunk =
+            |frame: usize| work.source_soles.iter().any(|soles| soles.get(frame).is_some_and(|sole| *sole < sunk));
         let fill = |pose: &mut Pose, frame: usize, row: &mut [bool]| {
+            if is_sunk(frame) {
+                return;
+            }
             self.carriers.fill_model(pose, &work.target, frame);
             for (hand, is_near) in self.hands.iter().zip(row) {
                 let height = pose.model[hand.carrier].translation.dot(self.ground.up);
@@ -119,11 +125,10 @@ impl HandStage {
         let rows = work.rows(1, || (hand.source.posing.pose(), hand.target.posing.pose()), fill)?;
         let alpha = |frame: usize| self.schedule.alpha_at(work.moment(frame));
         let alphas: Vec<f64> = (0..rows.len()).map(alpha).collect();
+        // Nothing times what is endless is no number.
+        let share = |alpha: &f64| alpha.max(f64::MIN_POSITIVE) * self.target_leg;
         let scaled = |pick: fn(&Move) -> f64| -> Vec<f64> {
-            rows.iter()
-                .zip(&alphas)
-                .map(|(row, alpha)| pick(row) * alpha.max(f64::MIN_POSITIVE) * self.target_leg)
-                .collect()
+            rows.iter().zip(&alphas).map(|(row, alpha)| pick(row) * share(alpha)).collect()
         };
         let moves = smooth_above(&scaled(|row| row.wanted), &scaled(|row| row.least), work.performed, LIFT_SECONDS);
         let little = if round > 0 { LEFT_LEGS } else { LITTLE_LEGS };
@@ -196,6 +201,10 @@ impl HandStage {
 
 impl Stage for HandStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        // On stairs and slopes nobody knows where the floor is below the hands.
+        if work.contacts.level_below_raised_ground.is_some() {
+            return Ok(());
+        }
         let near = self.near(work)?;
         if !near.contains(&true) {
             return Ok(());

@@ -31,7 +31,7 @@ const UPRIGHT_FADE_SHARE: f64 = 0.1;
 /// Standard deviation of the smoothing of what the pelvis is moved by.
 const RESTING_SECONDS: f64 = 0.06;
 /// Feet that are deeper below the floor are not in it, but on one that is lower, in legs.
-const SUNK_LEGS: f64 = 0.1;
+pub(super) const SUNK_LEGS: f64 = 0.1;
 /// The deepest that is taken over from another figure whose mesh shows it, in legs of the source.
 const MAX_DEPTH_LEGS: f64 = 0.04;
 
