@@ -12,13 +12,8 @@ const SOLE_ON_ORIGIN: f64 = 0.05;
 /// The sole of a mesh is at most this share of the pelvis height below the lowest joint of the feet; one that is further away
 /// does not belong to the skeleton as it stands.
 const THICKEST_SOLE: f64 = 0.25;
-/// Ankles above the sole, as a share of what is above them up to the pelvis: 3.9 % of a person's height of 51 % (Winter,
-/// Biomechanics and Motor Control of Human Movement, after Drillis and Contini).
-const ANKLE_HEIGHT: f64 = 0.076;
-/// Joints at the toes above the sole, likewise.
-const TOE_HEIGHT: f64 = 0.02;
-/// Feet whose lowest joint is less than this share of the legs below the ankle have no joints at the toes.
-const HAS_TOES: f64 = 0.03;
+/// A lowest joint higher above the origin than this share of the pelvis height is no ankle that stands there, but hovers.
+const THICK: f64 = 0.1;
 /// Feet that stand come at most this share of the pelvis height below the floor of a clip.
 const SINKS: f64 = 0.03;
 /// Fewer points are no foot.
@@ -54,20 +49,6 @@ impl Question for HowItStands {
 }
 
 impl Stance {
-    /// How far the sole is below the lowest joint of the feet, by a person's proportions; nothing where it is known, or a leg has no three
-    /// joints.
-    pub(crate) fn guessed_sole(&self) -> Option<f64> {
-        let legs = self.legs.filter(|_| self.sole.is_none())?;
-        let foot = self.height - legs;
-        Some(if foot < HAS_TOES * legs { (ANKLE_HEIGHT * legs - foot).max(0.0) } else { TOE_HEIGHT * legs })
-    }
-
-    /// The same of feet whose lowest joint is the ankle.
-    fn ankle_height(&self) -> Option<f64> {
-        let legs = self.legs?;
-        self.guessed_sole().filter(|_| self.height - legs < HAS_TOES * legs)
-    }
-
     /// For a pelvis joint.
     pub(crate) fn of(side: &Rig<'_>, pelvis: usize) -> Self {
         side.recall(HowItStands { pelvis }, |_| Self::find(side, pelvis))
@@ -192,13 +173,8 @@ pub(crate) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor:
     let above = |candidate: f64| (-SINKS * height..=STANDS_ON_ORIGIN * height).contains(&(touching - candidate));
     if above(rest_floor) {
         ClipFloor { height: rest_floor, is_joint: true }
-    } else if above(0.0) {
-        // Ankles that are about as high as ankles are stand on the origin, wherever the clip was cut; others hover.
-        match Stance::of(side, pelvis).ankle_height() {
-            Some(usual) if (touching - usual).abs() <= SINKS * height => ClipFloor { height: usual, is_joint: true },
-            Some(_) => ClipFloor { height: touching, is_joint: true },
-            None => ClipFloor { height: 0.0, is_joint: false },
-        }
+    } else if above(0.0) && touching <= THICK * height {
+        ClipFloor { height: 0.0, is_joint: false }
     } else {
         ClipFloor { height: touching, is_joint: true }
     }

@@ -21,6 +21,14 @@ use crate::{
     },
 };
 
+/// Ankles above the sole, as a share of what is above them up to the pelvis: 3.9 % of a person's height of 51 % (Winter,
+/// Biomechanics and Motor Control of Human Movement, after Drillis and Contini).
+const ANKLE_HEIGHT: f64 = 0.076;
+/// Joints at the toes above the sole, likewise.
+const TOE_HEIGHT: f64 = 0.02;
+/// Feet whose lowest joint is less than this share of the legs below the ankle have no joints at the toes.
+const HAS_TOES: f64 = 0.03;
+
 pub(in crate::retarget) fn resolve_pelvis(
     op: &PelvisOp,
     source: &Rig<'_>,
@@ -180,6 +188,13 @@ pub(in crate::retarget) fn constant_alpha(alpha: &Alpha, frames: Option<[usize; 
     alpha.constant().filter(|_| frames.is_none()).unwrap_or(1.0)
 }
 
+/// How far the lowest joint of the feet is above the soles of a rig that nothing says it of. It hangs from its pelvis, as captures
+/// do, `height` above that joint and `legs` above the ankles.
+fn guess_sole(legs: f64, height: f64) -> f64 {
+    let foot = height - legs;
+    if foot < HAS_TOES * legs { (ANKLE_HEIGHT * legs - foot).max(0.0) } else { TOE_HEIGHT * legs }
+}
+
 /// A pelvis height at rest, in the scene's unit.
 struct Height {
     value: f64,
@@ -215,8 +230,8 @@ impl Height {
             (_, Some(floor)) => as_asked(height - floor, floor),
             (HeightRule::AboveGroundJoint, None) => as_asked(height - stance.floor, stance.floor),
             (HeightRule::AboveFloor, None) => {
-                let Stance { floor, sole, height, .. } = stance;
-                let guess = stance.guessed_sole();
+                let Stance { floor, sole, height, legs, .. } = stance;
+                let guess = if sole.is_none() { legs.map(|legs| guess_sole(legs, height)) } else { None };
                 let guessed_sole = guess.unwrap_or(0.0);
                 let value = height + guessed_sole;
                 Self { value, floor, sole: sole.or(guess), guessed_sole, stands, has_floor: stands }
