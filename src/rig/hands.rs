@@ -7,7 +7,8 @@ use super::{
     limb::{Limb, LimbJoints},
     limb_joints::{LegJoints, limb_joints},
     rig::Rig,
-    volumes::{Anchor, Body},
+    rig_memory::Question,
+    volumes::{Anchor, Body, all_sides},
 };
 use crate::model::SkinPoint;
 
@@ -37,35 +38,39 @@ pub(crate) struct Wrist {
 impl Wrist {
     /// Nothing where it was not recognized, and for what is no arm.
     pub(crate) fn of(side: &Rig<'_>, arm: Limb) -> Option<Self> {
-        let prefix = prefix(arm)?;
+        let prefix = arm.side_of_arm()?;
         let first = |part: &str| side.role(&format!("{prefix}{part}")).first().copied();
         let own = first("hand").map(|joint| Self { joint, turns_hand: true });
         own.or_else(|| PALM.iter().find_map(|part| first(part)).map(|joint| Self { joint, turns_hand: false }))
     }
 }
 
-/// What an arm's roles begin with; nothing for what is no arm.
-fn prefix(arm: Limb) -> Option<&'static str> {
-    match arm {
-        Limb::LeftArm => Some("left_"),
-        Limb::RightArm => Some("right_"),
-        _ => None,
-    }
-}
-
 /// An arm down to its wrist; `unit` is plan units per unit of the side.
 pub(crate) fn arm_joints(side: &Rig<'_>, arm: Limb, unit: f64) -> Option<LimbJoints> {
-    let prefix = prefix(arm)?;
+    let prefix = arm.side_of_arm()?;
     let first = |part: &str| side.role(&format!("{prefix}{part}")).first().copied();
     let (start, middle, wrist) = (first("upper_arm")?, first("forearm")?, Wrist::of(side, arm)?);
     limb_joints(arm, &LegJoints { chain: [start, middle, middle, wrist.joint], beyond: None }, side, unit)
 }
 
-/// Points that are fixed to the joints of a hand, each with how far the hand goes on about it, in plan units; `unit` is plan units per unit
-/// of the side. Nothing for what is no arm.
-pub(crate) fn hand_ends(side: &Rig<'_>, arm: Limb, unit: f64) -> Vec<(Anchor, f64)> {
+/// Where does a hand of it end?
+#[derive(PartialEq)]
+struct WhereItsHandEnds {
+    arm: Limb,
+}
+
+impl Question for WhereItsHandEnds {
+    type Answer = Vec<(Anchor, f64)>;
+}
+
+/// Points that are fixed to the joints of a hand, each with how far the hand goes on about it, in the scene's unit. Nothing for what is no arm.
+pub(crate) fn hand_ends(side: &Rig<'_>, arm: Limb) -> Vec<(Anchor, f64)> {
+    side.recall(WhereItsHandEnds { arm }, |_| find_hand_ends(side, arm))
+}
+
+fn find_hand_ends(side: &Rig<'_>, arm: Limb) -> Vec<(Anchor, f64)> {
     let (Some(prefix), Some(Wrist { joint: wrist, turns_hand }), Some(body)) =
-        (prefix(arm), Wrist::of(side, arm), Body::of(side, unit))
+        (arm.side_of_arm(), Wrist::of(side, arm), Body::of(side, 1.0))
     else {
         return Vec::new();
     };
@@ -85,12 +90,12 @@ pub(crate) fn hand_ends(side: &Rig<'_>, arm: Limb, unit: f64) -> Vec<(Anchor, f6
     if of_mesh.len() >= FEW_POINTS {
         return of_mesh;
     }
-    let thickness = |joint: usize| if joint == wrist { WRIST_LEGS } else { FINGER_LEGS } * body.leg * unit;
+    let thickness = |joint: usize| if joint == wrist { WRIST_LEGS } else { FINGER_LEGS } * body.leg;
     let mut ends: Vec<(Anchor, f64)> =
         joints.iter().map(|&joint| (body.anchor(joint, body.at(joint)), thickness(joint))).collect();
     if let ([_], Some(forearm)) = (joints.as_slice(), forearm) {
         let tip = body.at(wrist) + (body.at(wrist) - forearm).normalize_or_zero() * LENGTH_LEGS * body.leg;
-        ends.push((body.anchor(wrist, tip), FINGER_LEGS * body.leg * unit));
+        ends.push((body.anchor(wrist, tip), FINGER_LEGS * body.leg));
     }
     ends
 }
@@ -106,13 +111,11 @@ fn ends_of_mesh(
     let place = |point: &SkinPoint| rest.transform_point(point.position.as_dvec3());
     let is_own = |point: &&SkinPoint| point.weight >= MIN_WEIGHT && counts(place(point));
     let points: Vec<&SkinPoint> = side.scene.skin_points.of(joint).iter().filter(is_own).collect();
-    let sides = [-1.0, 0.0, 1.0];
-    let directions = sides.into_iter().flat_map(|x| sides.map(|y| sides.map(|z| DVec3::new(x, y, z)))).flatten();
     let farthest = |direction: DVec3| {
         let along = |index: &usize| points[*index].position.as_dvec3().dot(direction);
         (0..points.len()).max_by(|one, other| along(one).total_cmp(&along(other)).then(other.cmp(one)))
     };
-    let mut found: Vec<usize> = directions.filter(|direction| *direction != DVec3::ZERO).filter_map(farthest).collect();
+    let mut found: Vec<usize> = all_sides().filter_map(farthest).collect();
     found.sort_unstable();
     found.dedup();
     found.into_iter().map(|index| (body.anchor(joint, place(points[index])), 0.0)).collect()

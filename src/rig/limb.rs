@@ -73,6 +73,15 @@ impl Limb {
         }
     }
 
+    /// What the roles of an arm begin with; nothing for what is no arm.
+    pub(crate) const fn side_of_arm(self) -> Option<&'static str> {
+        match self {
+            Self::LeftArm => Some("left_"),
+            Self::RightArm => Some("right_"),
+            _ => None,
+        }
+    }
+
     /// The name on the wire.
     #[must_use]
     pub const fn name(self) -> &'static str {

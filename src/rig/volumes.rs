@@ -117,11 +117,7 @@ fn fitted_capsules(side: &Rig<'_>) -> Vec<(&'static str, Capsule)> {
 
 /// The ball of a hand; nothing for what is no arm.
 pub(crate) fn hand(side: &Rig<'_>, limb: Limb, unit: f64) -> Option<Capsule> {
-    let prefix = match limb {
-        Limb::LeftArm => "left_",
-        Limb::RightArm => "right_",
-        _ => return None,
-    };
+    let prefix = limb.side_of_arm()?;
     let body = Body::of(side, unit)?;
     let (forearm, wrist) = (body.place(&format!("{prefix}forearm"))?, body.first(&format!("{prefix}hand"))?);
     let at = body.at(wrist);
@@ -131,6 +127,14 @@ pub(crate) fn hand(side: &Rig<'_>, limb: Limb, unit: f64) -> Option<Capsule> {
     };
     let anchor = body.anchor(wrist, palm);
     Some(Capsule { start: anchor, end: anchor, radius: 0.025 * body.leg * unit })
+}
+
+/// Along the axes and between them, of any length.
+pub(super) fn all_sides() -> impl Iterator<Item = DVec3> {
+    let sides = [-1.0, 0.0, 1.0];
+    let all =
+        sides.into_iter().flat_map(move |x| sides.into_iter().flat_map(move |y| sides.map(|z| DVec3::new(x, y, z))));
+    all.filter(|direction| *direction != DVec3::ZERO)
 }
 
 /// Which value such a share of them is below; there is one at least.
@@ -217,15 +221,12 @@ impl<'a, 'b> Body<'a, 'b> {
             return Vec::new();
         }
         let center = points.iter().sum::<DVec3>() / points.len() as f64;
-        let sides = [-1.0, 0.0, 1.0];
-        let directions =
-            sides.into_iter().flat_map(|x| sides.into_iter().flat_map(move |y| sides.map(|z| DVec3::new(x, y, z))));
         let end = |direction: DVec3| {
             let direction = direction.try_normalize()?;
             let ways = points.iter().map(|point| (*point - center).dot(direction));
             Some((self.anchor(joint, center + direction * ways.fold(0.0, f64::max)), 0.0))
         };
-        directions.filter_map(end).collect()
+        all_sides().filter_map(end).collect()
     }
 
     /// The distance from the line within which most of the points beside it are.

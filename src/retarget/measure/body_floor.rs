@@ -152,7 +152,9 @@ impl BodyOnFloor {
         let depth = |(source, target): (f64, f64)| source.min(0.0) - target.min(0.0);
         let sunk: Vec<Series> = parts.iter().map(|part| part.series(depth)).collect();
         let float = |(source, target): (f64, f64)| if source < LIES_LEGS { target - source.max(0.0) } else { f64::NAN };
-        let hands = parts.iter().filter(|part| part.is_hand() && hangs(&performers.source, part.part) > HANGS_LEGS);
+        let hands = parts
+            .iter()
+            .filter(|part| part.is_hand() && hangs(&performers.source, sizes.source.leg, part.part) > HANGS_LEGS);
         let off: Vec<Series> = hands.map(|part| part.with_arm(&parts).series(float)).collect();
         Self {
             penetration: Reading::of_worst_part(&sunk, frames, 0.98).ok_or(NO_PARTS),
@@ -203,12 +205,12 @@ fn part_heights(performers: &Both<Performer<'_>>, sizes: &Both<Size>, frames: &[
 }
 
 /// How high a hand is over the floor where the rig stands and its arm hangs straight down, in legs.
-fn hangs(performer: &Performer<'_>, hand: &PartOfBody) -> f64 {
+fn hangs(performer: &Performer<'_>, leg: Option<f64>, hand: &PartOfBody) -> f64 {
     let Keep::NearWrist([wrist, elbow]) = hand.keep else { return f64::INFINITY };
     let (rig, shoulder) = (performer.rig, elbow.replace("_forearm", "_upper_arm"));
     let [shoulder, elbow, wrist] = [&shoulder, elbow, wrist].map(|role| rig.role(role).first().copied());
     let (Some(shoulder), Some(elbow), Some(wrist)) = (shoulder, elbow, wrist) else { return f64::INFINITY };
-    let (Some(leg), Some((floor, _))) = (Size::of(rig).leg, floors(rig, performer.clip)) else { return f64::INFINITY };
+    let (Some(leg), Some((floor, _))) = (leg, floors(rig, performer.clip)) else { return f64::INFINITY };
     let arm = bones_length(rig, shoulder, elbow) + bones_length(rig, elbow, wrist);
     ((rig.rest_height(shoulder) - floor) * rig.unit_meters - arm) / leg - HAND_LEGS / 2.0
 }

@@ -59,7 +59,7 @@ impl Clearance {
             let from_wrist = joint.translation + joint.rotation * anchor.offset - rest[wrist.target].translation;
             (rig.canonical_from_scene * from_wrist * rig.unit_meters, radius * rig.unit_meters)
         };
-        Self::of_points(hand_ends(rig, arm, 1.0).into_iter().map(point).collect(), size, (wrist, turning), wanted)
+        Self::of_points(hand_ends(rig, arm).into_iter().map(point).collect(), size, (wrist, turning), wanted)
     }
 
     fn of_points(

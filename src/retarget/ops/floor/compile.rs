@@ -70,7 +70,7 @@ impl OpWork for ResolvedFloor {
         let stage = floor_stage(stack, self, op);
         let toes = toe_stage(stack, op).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
         let tails = tail_stage(stack, self, op).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
-        let hands = hand_stage(stack, self, op).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
+        let hands = hand_stage(stack, self, op, &stage.feet).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
         stack.after_solve = toes.into_iter().chain(tails).chain(hands).collect();
         stack.push(stage);
         stack.moves_feet = true;
@@ -128,13 +128,16 @@ impl OpSpec for FloorOp {
     fn resolve(&self, context: &mut Context<'_>) {
         let tails = find_tails(context.target);
         let unit = context.source.unit_meters / context.target.unit_meters;
-        let in_plan_units =
-            |(anchor, radius): (Anchor, f64)| (Anchor { offset: anchor.offset * unit, ..anchor }, radius * unit);
-        let source = trunk_ends(context.source).into_iter().map(in_plan_units).collect();
-        let trunks = [source, trunk_ends(context.target)];
+        let trunks = [in_plan_units(trunk_ends(context.source), unit), trunk_ends(context.target)];
         let hands = find_hands(self, context, unit);
         context.push_on_limbs(&self.scope, Limbs::Legs, ResolvedFloor { op: self.clone(), tails, trunks, hands });
     }
+}
+
+/// Ends of a side in its own unit, of which one is so many plan units.
+fn in_plan_units(ends: Ends, unit: f64) -> Ends {
+    let scaled = |(anchor, radius): (Anchor, f64)| (Anchor { offset: anchor.offset * unit, ..anchor }, radius * unit);
+    ends.into_iter().map(scaled).collect()
 }
 
 /// The hands that the op keeps above the floor: those of all arms, unless it is about some limbs only.
@@ -146,7 +149,7 @@ fn find_hands(op: &FloorOp, context: &Context<'_>, unit: f64) -> Vec<Hand> {
     let hand = |limb: Limb| {
         let (source_arm, target_arm) = (arm_joints(source, limb, unit)?, arm_joints(target, limb, 1.0)?);
         let arm = LimbPair::of(limb, source_arm, target_arm);
-        let ends = [hand_ends(source, limb, unit), hand_ends(target, limb, 1.0)];
+        let ends = [in_plan_units(hand_ends(source, limb), unit), hand_ends(target, limb)];
         Some(Hand { arm, turns: Wrist::of(target, limb)?.turns_hand, ends })
     };
     let hands = [Limb::LeftArm, Limb::RightArm].into_iter().filter_map(hand);
@@ -277,8 +280,13 @@ fn tail_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) 
     })
 }
 
-/// Nothing where there is no hand.
-fn hand_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) -> Option<HandStage> {
+/// Nothing where there is no hand. `feet` are those of the op.
+fn hand_stage(
+    stack: &StackBuilder<'_>,
+    floor: &ResolvedFloor,
+    op: &ResolvedOp,
+    feet: &[FloorFoot],
+) -> Option<HandStage> {
     if floor.hands.is_empty() {
         return None;
     }
@@ -286,7 +294,6 @@ fn hand_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) 
     let carrier = carrier_of(stack.target, &starts);
     let carriers = stack.target_posing(carrier.map_or(starts, |carrier| vec![carrier]));
     let hands: Vec<FloorHand> = floor.hands.iter().map(|hand| floor_hand(stack, hand, (&carriers, carrier))).collect();
-    let feet = floor_stage(stack, floor, op).feet;
     let is_alike = |hand: &FloorHand| hand.source.is_guessed() == hand.target.is_guessed();
     let is_same = !feet.is_empty() && feet.iter().all(|foot| foot.is_same) && hands.iter().all(is_alike);
     let (source_leg, target_leg) = stack.legs();
