@@ -13,7 +13,10 @@
 
 use glam::{DQuat, DVec3};
 
-use super::mapping::ChordCorrection;
+use super::{
+    lanes::{LANES, QuatLanes, VecLanes},
+    mapping::ChordCorrection,
+};
 
 /// What the joints of a chain are turned by, in model space, after the source's rotations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +54,63 @@ pub(super) fn chord_turns(correction: ChordCorrection, below: DVec3, chest: DVec
             ChordTurns { below: turn_below(below, turned * chest, reached), chest: turned }
         }
     }
+}
+
+/// The turns of several frames.
+#[derive(Clone, Copy)]
+pub(super) struct ChordTurnLanes {
+    pub(super) below: QuatLanes,
+    pub(super) chest: QuatLanes,
+}
+
+/// [`chord_turns`] of several frames. Frames whose correction is taken as it is, which are nearly all, take roots only; no frame depends
+/// on another.
+#[inline(always)]
+pub(super) fn chord_turn_lanes(
+    correction: ChordCorrection,
+    below: &VecLanes,
+    chest: &VecLanes,
+    wanted: &VecLanes,
+) -> ChordTurnLanes {
+    let natural = below.plus(chest);
+    // Cosines of the largest turns that no limit changes: of the whole chord, and of what is below the chest.
+    let (turned, goal, min_cosines) = match correction {
+        ChordCorrection::Whole => (natural, *wanted, [-0.9; 2]),
+        ChordCorrection::Limited(max) => (natural, *wanted, [(max / 2.0).cos(); 2]),
+        ChordCorrection::BelowChest { free, max } => {
+            (*below, goals_below(below, chest, wanted), [(max / 2.0).cos(), free.min(max).cos()])
+        }
+    };
+    let (found, margins) = turned.arcs_to(&goal, min_cosines[1]);
+    let whole_margins = natural.turn_margins(wanted, min_cosines[0]);
+    let mut turns = ChordTurnLanes { below: found, chest: QuatLanes::IDENTITY };
+    for lane in 0..LANES {
+        let is_within_limits = margins[lane] > 0.0 && whole_margins[lane] > 0.0;
+        if !is_within_limits {
+            let limited = chord_turns(correction, below.get(lane), chest.get(lane), wanted.get(lane));
+            turns.below.set(lane, limited.below);
+            turns.chest.set(lane, limited.chest);
+        }
+    }
+    turns
+}
+
+/// Where bones below a chest that keeps its rotation have to lead for the chord to point in the wanted direction.
+#[inline(always)]
+fn goals_below(below: &VecLanes, chest: &VecLanes, wanted: &VecLanes) -> VecLanes {
+    let (squares, along) = (wanted.dot(wanted), wanted.dot(chest));
+    let (below_squares, chest_squares) = (below.dot(below), chest.dot(chest));
+    let mut goal = VecLanes::ZERO;
+    for lane in 0..LANES {
+        let factor = 1.0 / squares[lane].sqrt();
+        let along = along[lane] * factor;
+        let reach = (along * along + below_squares[lane] - chest_squares[lane]).max(0.0).sqrt();
+        let end = (along + reach) * factor;
+        goal.x[lane] = wanted.x[lane] * end - chest.x[lane];
+        goal.y[lane] = wanted.y[lane] * end - chest.y[lane];
+        goal.z[lane] = wanted.z[lane] * end - chest.z[lane];
+    }
+    goal
 }
 
 /// The turn of `below` that takes the end of `below + chest` to where `direction` points. Out of reach, where the chest is longer than
@@ -140,6 +200,30 @@ mod tests {
                 assert!(step.to_degrees() < 1.0, "a step of 0.1° at {tenth} turns by {:.2}°", step.to_degrees());
             }
             before = Some(turns);
+        }
+    }
+
+    #[test]
+    fn frames_together_turn_as_each_alone() {
+        let (below, chest) = (DVec3::new(0.0, 0.2, 0.02), DVec3::new(0.05, 0.3, -0.05));
+        let corrections = [ChordCorrection::Whole, ChordCorrection::Limited(0.2), TRUNK];
+        for (correction, first) in
+            corrections.into_iter().flat_map(|it| (-1800..1800).step_by(LANES).map(move |at| (it, at)))
+        {
+            let chest = if correction.has_chest() { chest } else { DVec3::ZERO };
+            let mut lanes = [VecLanes::splat(below), VecLanes::splat(chest), VecLanes::ZERO];
+            let directions: Vec<DVec3> =
+                (first..).take(LANES).map(|tenth| direction(f64::from(tenth) / 10.0) * 3.0).collect();
+            directions.iter().enumerate().for_each(|(lane, direction)| lanes[2].set(lane, *direction));
+            // One lane has nowhere to point to.
+            lanes[0].set(1, DVec3::ZERO);
+            let together = chord_turn_lanes(correction, &lanes[0], &lanes[1], &lanes[2]);
+            for lane in 0..LANES {
+                let alone = chord_turns(correction, lanes[0].get(lane), lanes[1].get(lane), lanes[2].get(lane));
+                let apart = (together.below.get(lane) - alone.below).length()
+                    + (together.chest.get(lane) - alone.chest).length();
+                assert!(apart < 1e-12, "{correction:?}, {first} and {lane}: {apart}");
+            }
         }
     }
 

@@ -356,6 +356,56 @@ impl VecLanes {
         result
     }
 
+    pub(super) fn set(&mut self, lane: usize, vector: DVec3) {
+        (self.x[lane], self.y[lane], self.z[lane]) = vector.into();
+    }
+
+    #[inline(always)]
+    pub(super) const fn get(&self, lane: usize) -> DVec3 {
+        DVec3::new(self.x[lane], self.y[lane], self.z[lane])
+    }
+
+    #[inline(always)]
+    pub(super) fn dot(&self, other: &Self) -> Lane {
+        let mut result = [0.0; LANES];
+        for lane in 0..LANES {
+            result[lane] = self.x[lane] * other.x[lane] + self.y[lane] * other.y[lane] + self.z[lane] * other.z[lane];
+        }
+        result
+    }
+
+    /// How far the turn to another direction is within that of a cosine: above zero where it is, zero where there is no direction.
+    #[inline(always)]
+    pub(super) fn turn_margins(&self, other: &Self, min_cosine: f64) -> Lane {
+        let (dots, own, others) = (self.dot(other), self.dot(self), other.dot(other));
+        let mut margins = [0.0; LANES];
+        for lane in 0..LANES {
+            margins[lane] = dots[lane] - min_cosine * (own[lane] * others[lane]).sqrt();
+        }
+        margins
+    }
+
+    /// The shortest turns to other directions, of use where the [margins](Self::turn_margins), the second result, are above zero for
+    /// a cosine above −1.
+    #[inline(always)]
+    pub(super) fn arcs_to(&self, other: &Self, min_cosine: f64) -> (QuatLanes, Lane) {
+        let mut arcs = QuatLanes::IDENTITY;
+        let mut margins = [0.0; LANES];
+        for lane in 0..LANES {
+            let (ax, ay, az) = (self.x[lane], self.y[lane], self.z[lane]);
+            let (bx, by, bz) = (other.x[lane], other.y[lane], other.z[lane]);
+            let (dot, square) =
+                (ax * bx + ay * by + az * bz, (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz));
+            let lengths = square.sqrt();
+            margins[lane] = dot - min_cosine * lengths;
+            let (x, y, z, w) = (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx, lengths + dot);
+            let factor = 1.0 / (x * x + y * y + z * z + w * w).sqrt();
+            (arcs.x[lane], arcs.y[lane]) = (x * factor, y * factor);
+            (arcs.z[lane], arcs.w[lane]) = (z * factor, w * factor);
+        }
+        (arcs, margins)
+    }
+
     #[inline(always)]
     pub(super) fn plus(&self, other: &Self) -> Self {
         self.zip(other, |ours, theirs| ours + theirs)

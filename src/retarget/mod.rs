@@ -21,6 +21,7 @@ pub(in crate::retarget) mod spec;
 mod stack;
 mod stages;
 mod treadmill;
+mod vectors;
 mod workspace;
 
 pub use drivers::{JointDriver, joint_drivers};

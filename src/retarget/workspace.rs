@@ -7,13 +7,14 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 use crate::model::{JointTracks, Track, Transform};
 
 use super::{
-    chord::chord_turns,
+    chord::chord_turn_lanes,
     direct::Active,
     lanes::{LANES, QuatLanes, VecLanes},
     plan::{
         CarryStep, ChordStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, PelvisFurther, Plan, RideStep,
         Sample, ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment, mean_share,
     },
+    vectors::Vectors,
 };
 
 /// Rotations in what memory hands over at once.
@@ -118,24 +119,30 @@ impl Workspace {
 
     /// Retargets a chunk, [`LANES`] frames at a time.
     ///
-    /// The same code is compiled twice on x86-64, once for processors with 256-bit vectors. Both do the same operations in the
-    /// same order, without fused multiply-add, so they give the same bits.
+    /// The same code is compiled for all [`Vectors`].
     pub(super) fn run(&mut self, plan: &Plan, active: &Active, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected one line above")]
-            // SAFETY: the processor has the feature that the function is compiled for.
-            unsafe {
-                self.run_with_wide_vectors(plan, active, tracks, chunk);
-            }
-            return;
+        match Vectors::detected() {
+            Vectors::Any => self.run_frames(plan, active, tracks, chunk),
+            #[cfg(target_arch = "x86_64")]
+            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected")]
+            // SAFETY: a processor has the features of the variant that was detected for it.
+            Vectors::Of256Bits => unsafe { self.run_with_256_bits(plan, active, tracks, chunk) },
+            #[cfg(target_arch = "x86_64")]
+            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected")]
+            // SAFETY: as above.
+            Vectors::Of512Bits => unsafe { self.run_with_512_bits(plan, active, tracks, chunk) },
         }
-        self.run_frames(plan, active, tracks, chunk);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn run_with_wide_vectors(&mut self, plan: &Plan, active: &Active, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
+    fn run_with_256_bits(&mut self, plan: &Plan, active: &Active, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
+        self.run_frames(plan, active, tracks, chunk);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,avx512f,avx512dq,avx512vl")]
+    fn run_with_512_bits(&mut self, plan: &Plan, active: &Active, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
         self.run_frames(plan, active, tracks, chunk);
     }
 
@@ -294,8 +301,7 @@ impl Workspace {
         let up = parent.rotation.rotate(&VecLanes::splat(driver.up));
         let mut lift = QuatLanes::IDENTITY;
         for lane in 0..LANES {
-            let vector = |lanes: &VecLanes| DVec3::new(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
-            let beyond = (vector(&arm).angle_between(-vector(&up)) - driver.free_radians).max(0.0);
+            let beyond = (arm.get(lane).angle_between(-up.get(lane)) - driver.free_radians).max(0.0);
             lift.set(lane, DQuat::from_axis_angle(driver.axis, beyond * driver.share));
         }
         self.target[slot] = parent.rotation.times(&lift).times_constant(step.hold.rotation);
@@ -322,16 +328,10 @@ impl Workspace {
         let along = end.position.minus(&start.position);
         let axes = &self.source[step.source_start];
         let wanted = axes.times_constant(step.target_from_source).rotate(&axes.rotate_back(&along));
-        let (mut turn, mut chest_turn) = (QuatLanes::IDENTITY, QuatLanes::IDENTITY);
-        for lane in 0..LANES {
-            let vector = |lanes: &VecLanes| DVec3::new(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
-            let turns = chord_turns(step.correction, vector(&turned), vector(&chest), vector(&wanted));
-            turn.set(lane, turns.below);
-            chest_turn.set(lane, turns.chest);
-        }
-        self.chords[step.slot] = turn;
+        let turns = chord_turn_lanes(step.correction, &turned, &chest, &wanted);
+        self.chords[step.slot] = turns.below;
         if step.correction.has_chest() {
-            self.chords[step.slot + 1] = chest_turn;
+            self.chords[step.slot + 1] = turns.chest;
         }
     }
 
@@ -372,12 +372,12 @@ impl Workspace {
         let further = driver.further.as_ref().map(|further| further.moved(source, &self.target[slot]));
         let mut position = VecLanes::ZERO;
         for lane in 0..LANES {
-            let mut wanted = driver.matrix * DVec3::new(source.x[lane], source.y[lane], source.z[lane]) + driver.offset;
+            let mut wanted = driver.matrix * source.get(lane) + driver.offset;
             if let Some(further) = &further {
-                wanted += DVec3::new(further.x[lane], further.y[lane], further.z[lane]);
+                wanted += further.get(lane);
             }
             let placed = driver.rest_position.lerp(wanted, driver.translation_alpha);
-            (position.x[lane], position.y[lane], position.z[lane]) = placed.into();
+            position.set(lane, placed);
         }
         self.target_places[slot] = Place { position, scale: VecLanes::splat(driver.rest_scale) };
     }
@@ -498,10 +498,8 @@ impl PelvisFurther {
         let mut moved = rotation.rotate(&VecLanes::splat(self.local_offset));
         if let Some(crotch) = &self.crotch {
             for lane in 0..LANES {
-                let raised = crotch.up * crotch.raise(DVec3::new(source.x[lane], source.y[lane], source.z[lane]));
-                moved.x[lane] += raised.x;
-                moved.y[lane] += raised.y;
-                moved.z[lane] += raised.z;
+                let raised = crotch.up * crotch.raise(source.get(lane));
+                moved.set(lane, moved.get(lane) + raised);
             }
         }
         moved

@@ -3,10 +3,13 @@
 use glam::{DQuat, Quat, Vec3};
 
 use super::{
-    super::lanes::{LANES, QuatLanes},
+    super::{
+        lanes::{LANES, QuatLanes},
+        vectors::Vectors,
+    },
     Affine, Direct, Product,
     map::{BLOCK, RotationMap},
-    wide::Vectors,
+    wide,
 };
 use crate::model::{Canceled, Control, JointTracks, Track};
 
@@ -116,13 +119,9 @@ impl Filling {
             }
         };
         self.last_sample = samples.last().copied();
-        if vectors.are_tidy(last, samples) {
-            let map = if self.is_turned_over { map.negated() } else { *map };
-            let mut block = [Quat::IDENTITY; BLOCK];
-            let block = &mut block[..samples.len()];
-            vectors.map(&map, samples, block);
-            self.values.extend_from_slice(block);
-            self.before = block[block.len() - 1];
+        let way = if self.is_turned_over { map.negated() } else { *map };
+        if wide::append(vectors, &way, last, samples, &mut self.values) {
+            self.before = self.values[self.values.len() - 1];
             return;
         }
         for sample in samples {

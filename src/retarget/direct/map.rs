@@ -1,5 +1,7 @@
 //! `A · q · B` with constants as one linear map of q: four by four numbers, which keep its length.
 
+use std::mem::MaybeUninit;
+
 use glam::{DQuat, DVec4, Quat};
 
 use super::super::lanes::LANES;
@@ -53,8 +55,8 @@ pub(super) fn are_tidy(before: Quat, samples: &[Quat]) -> bool {
 }
 
 /// Maps values one by one.
-pub(super) fn map_each(map: &RotationMap, samples: &[Quat], mapped: &mut [Quat]) {
+pub(super) fn map_each(map: &RotationMap, samples: &[Quat], mapped: &mut [MaybeUninit<Quat>]) {
     for (sample, mapped) in samples.iter().zip(mapped) {
-        *mapped = map.apply(*sample).as_quat();
+        mapped.write(map.apply(*sample).as_quat());
     }
 }

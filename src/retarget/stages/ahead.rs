@@ -6,6 +6,7 @@
 
 use glam::{DQuat, DVec3, Vec3};
 
+use super::super::vectors::Vectors;
 use crate::model::{JointTracks, Track, Transform};
 
 /// Frames whose poses are found at once; divides what one thread takes at a time.
@@ -133,21 +134,28 @@ impl Ahead {
     pub(super) fn find(&mut self, joints: &[PosedJoint], above: &Transform, tracks: &[JointTracks], frame: usize) {
         self.first = frame;
         self.is_there = [true; FRAMES];
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected one line above")]
-            // SAFETY: the processor has the feature that the function is compiled for.
-            unsafe {
-                self.find_with_wide_vectors(joints, above, tracks);
-            }
-            return;
+        match Vectors::detected() {
+            Vectors::Any => self.find_each(joints, above, tracks),
+            #[cfg(target_arch = "x86_64")]
+            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected")]
+            // SAFETY: a processor has the features of the variant that was detected for it.
+            Vectors::Of256Bits => unsafe { self.find_with_256_bits(joints, above, tracks) },
+            #[cfg(target_arch = "x86_64")]
+            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected")]
+            // SAFETY: as above.
+            Vectors::Of512Bits => unsafe { self.find_with_512_bits(joints, above, tracks) },
         }
-        self.find_each(joints, above, tracks);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn find_with_wide_vectors(&mut self, joints: &[PosedJoint], above: &Transform, tracks: &[JointTracks]) {
+    fn find_with_256_bits(&mut self, joints: &[PosedJoint], above: &Transform, tracks: &[JointTracks]) {
+        self.find_each(joints, above, tracks);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,avx512f,avx512dq,avx512vl")]
+    fn find_with_512_bits(&mut self, joints: &[PosedJoint], above: &Transform, tracks: &[JointTracks]) {
         self.find_each(joints, above, tracks);
     }
 
