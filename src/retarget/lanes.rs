@@ -367,22 +367,16 @@ impl VecLanes {
 
     #[inline(always)]
     pub(super) fn dot(&self, other: &Self) -> Lane {
-        let mut result = [0.0; LANES];
-        for lane in 0..LANES {
-            result[lane] = self.x[lane] * other.x[lane] + self.y[lane] * other.y[lane] + self.z[lane] * other.z[lane];
-        }
-        result
+        std::array::from_fn(|lane| {
+            self.x[lane] * other.x[lane] + self.y[lane] * other.y[lane] + self.z[lane] * other.z[lane]
+        })
     }
 
     /// How far the turn to another direction is within that of a cosine: above zero where it is, zero where there is no direction.
     #[inline(always)]
     pub(super) fn turn_margins(&self, other: &Self, min_cosine: f64) -> Lane {
         let (dots, own, others) = (self.dot(other), self.dot(self), other.dot(other));
-        let mut margins = [0.0; LANES];
-        for lane in 0..LANES {
-            margins[lane] = dots[lane] - min_cosine * (own[lane] * others[lane]).sqrt();
-        }
-        margins
+        std::array::from_fn(|lane| dots[lane] - min_cosine * (own[lane] * others[lane]).sqrt())
     }
 
     /// The shortest turns to other directions, of use where the [margins](Self::turn_margins), the second result, are above zero for

@@ -56,3 +56,20 @@ fn feet_that_dangle_through_the_floor_draw_nobody_down() {
         assert!(lowest > -0.06, "frame {frame}: toes are {lowest} m below the floor");
     }
 }
+
+/// A knight with long feet beside its legs hops: its toes touch while others are still a third of a leg above the floor.
+#[test]
+fn toes_of_long_feet_that_touch_early_tear_no_leg_down() {
+    let Some(knight) = corpus_file("cc0-stylised/kaykit_knight.glb") else { return };
+    let source = with_clip(Figure::read(&knight).scene, "1H_Melee_Attack_Chop");
+    for file in ["mixamo/gltf/Xbot.glb", "cc0-stylised/quaternius_adventurer.gltf", "vrm1/makehuman_body_vrm1.vrm"] {
+        let Some(target) = corpus_file(file) else { return };
+        let target = Figure::read(&target);
+        let (from, onto) = (rig_of("source", &source), rig_of("target", &target.scene));
+        let result = moved(&from, &onto);
+        let measures = measured(&from, &onto, &result);
+        let value = |name: MetricName| measures.metrics[&name].value.expect("legs are measured");
+        let (jerk, residual) = (value(MetricName::JerkRatio), value(MetricName::ReachResidual));
+        assert!(jerk < 1.4 && residual < 2.5, "{file}: jerk {jerk}, {residual} cm out of reach");
+    }
+}

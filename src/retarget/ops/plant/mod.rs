@@ -50,6 +50,8 @@ use crate::retarget::stages::{
 
 /// A point of a foot that is slower stands still, for a leg of 1 m.
 const STILL_METERS_PER_SECOND: f64 = 0.05;
+/// A foot that had to be moved faster than this to be held has not landed yet, for a leg of 1 m.
+const LANDING_METERS_PER_SECOND: f64 = 1.5;
 /// How far planted feet swing out beyond their goals between contacts, for a leg of 1 m.
 const SWING_METERS: f64 = 0.03;
 
@@ -88,6 +90,8 @@ pub(in crate::retarget) struct PlantedFoot {
     pub(in crate::retarget) size_beside_leg: f64,
     /// Below this speed a point of the source stands still, in plan units per second.
     pub(in crate::retarget) still_speed: f64,
+    /// A foot that is moved faster than this where it is held is in the air, in plan units per second.
+    pub(in crate::retarget) landing_speed: f64,
     /// How far a foot may swing out beyond its goals on its way from and to a contact, in plan units.
     pub(in crate::retarget) swing: f64,
     /// By how much it is moved at most to go along with a floor that runs, in plan units.
@@ -133,6 +137,7 @@ impl PlantStage {
             Some(Foot {
                 scale: foot.scale,
                 still_speed: foot.still_speed,
+                landing_speed: foot.landing_speed,
                 swing: foot.swing,
                 tracks: tracks.map(|point| point.map(|point| PointTrack::of(point, work.performed))),
                 has_point: foot.points.map(|point| point.is_some()),
@@ -146,10 +151,11 @@ impl PlantStage {
     fn corrections(&self, foot: &Foot, times: &[f64], period: Option<usize>) -> Vec<Correction> {
         let mut corrections = vec![Correction::default(); times.len()];
         let touches: Vec<bool> = (0..times.len()).map(|frame| foot.touches(frame)).collect();
-        let contacts = runs(&touches);
+        let mut contacts = runs(&touches);
         let mut room = WeightsRoom::default();
-        for &(first, last) in &contacts {
-            self.hold(foot, times, (first, period), &mut room, &mut corrections[first..=last]);
+        for (first, last) in &mut contacts {
+            self.hold(foot, times, (*first, period), &mut room, &mut corrections[*first..=*last]);
+            (*first, *last) = foot.landed(&corrections, times, (*first, *last));
         }
         let mut before: Option<usize> = None;
         for &(first, last) in &contacts {
@@ -253,6 +259,7 @@ struct WeightsRoom {
 struct Foot {
     scale: f64,
     still_speed: f64,
+    landing_speed: f64,
     swing: f64,
     tracks: [Option<PointTrack>; 3],
     has_point: [bool; 3],
@@ -324,6 +331,27 @@ impl Foot {
         }
     }
 
+    /// The part of a contact in which the target's foot is down too. A figure with long feet beside its legs still hops when the tips of its
+    /// toes touch; another one's feet are high in the air by then, and held they would be torn down.
+    fn landed(
+        &self,
+        corrections: &[Correction],
+        times: &[f64],
+        (mut first, mut last): (usize, usize),
+    ) -> (usize, usize) {
+        let is_in_the_air = |frame: usize| {
+            let way = corrections[frame].offset.distance(corrections[frame + 1].offset);
+            way > self.landing_speed * (times[frame + 1] - times[frame])
+        };
+        while first < last && is_in_the_air(first) {
+            first += 1;
+        }
+        while first < last && is_in_the_air(last - 1) {
+            last -= 1;
+        }
+        (first, last)
+    }
+
     /// What the source's point moves from a frame to the next, scaled. A target without that point follows the source's end with its own.
     fn source_step(&self, part: usize, frame: usize) -> Option<DVec3> {
         let track = if self.has_point[part] { &self.tracks[part] } else { &self.tracks[0] }.as_ref()?;
@@ -357,6 +385,7 @@ fn plant_stage(stack: &StackBuilder<'_>, op: &PlantOp, resolved: &ResolvedOp) ->
         axes: foot_axes(stack, limb),
         size_beside_leg: size_beside_leg(stack, limb),
         still_speed: STILL_METERS_PER_SECOND * stack.legs().0,
+        landing_speed: LANDING_METERS_PER_SECOND * stack.legs().1,
         swing: SWING_METERS * stack.legs().1,
         carried: CARRIED_METERS * stack.legs().1,
     };

@@ -32,7 +32,7 @@ fn track(positions: Vec<DVec3>, touches: std::ops::Range<usize>) -> Option<Point
 /// On a floor that stands; the target has the points that the source has.
 fn foot(scale: f64, tracks: [Option<PointTrack>; 3], targets: Vec<[DVec3; 3]>) -> Foot {
     let has_point = tracks.each_ref().map(Option::is_some);
-    Foot { scale, still_speed: 0.05, swing: 0.03, tracks, has_point, targets, running_floor: None }
+    Foot { scale, still_speed: 0.05, landing_speed: 1.5, swing: 0.03, tracks, has_point, targets, running_floor: None }
 }
 
 /// Positions of a point of the target after the corrections.
@@ -64,6 +64,21 @@ fn a_foot_that_slides_beside_its_source_is_held() {
     assert!(places[10].distance(places[30]) < 1e-12, "always: not at all");
     let (_, corrections) = planted(&stage(PlantMode::Grounding), &foot, 0);
     assert!(corrections.iter().all(|correction| correction.offset.length() < 1e-12), "grounding: may glide");
+}
+
+#[test]
+fn a_foot_that_is_still_in_the_air_is_not_torn_down() {
+    // The source stands from frame 10 to 30. The target comes down beside where it will stand, by 10 cm a frame until frame 12.
+    let above = |frame: usize| 0.1 * (12.0 - frame as f64).clamp(0.0, 6.0);
+    let targets = (0..FRAMES).map(|frame| [DVec3::new(0.01 * frame as f64, above(frame), 0.0); 3]).collect();
+    let foot = foot(1.0, [track(vec![DVec3::ZERO; FRAMES], 10..31), None, None], targets);
+    let (places, corrections) = planted(&stage(PlantMode::Auto), &foot, 0);
+    for frame in 0..FRAMES {
+        let lowered = -corrections[frame].offset.y;
+        assert!(lowered < 0.05, "frame {frame}: {} m over the floor, {lowered} m farther down", above(frame));
+    }
+    let slid = places[12..30].windows(2).map(|pair| pair[0].distance(pair[1])).fold(0.0, f64::max);
+    assert!(slid < 1e-12, "held from where it has landed on: {slid}");
 }
 
 #[test]
