@@ -385,13 +385,13 @@ impl VecLanes {
     pub(super) fn arcs_to(&self, other: &Self, min_cosine: f64) -> (QuatLanes, Lane) {
         let mut arcs = QuatLanes::IDENTITY;
         let mut margins = [0.0; LANES];
-        for lane in 0..LANES {
+        for (lane, margin) in margins.iter_mut().enumerate() {
             let (ax, ay, az) = (self.x[lane], self.y[lane], self.z[lane]);
             let (bx, by, bz) = (other.x[lane], other.y[lane], other.z[lane]);
             let (dot, square) =
                 (ax * bx + ay * by + az * bz, (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz));
             let lengths = square.sqrt();
-            margins[lane] = dot - min_cosine * lengths;
+            *margin = dot - min_cosine * lengths;
             let (x, y, z, w) = (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx, lengths + dot);
             let factor = 1.0 / (x * x + y * y + z * z + w * w).sqrt();
             (arcs.x[lane], arcs.y[lane]) = (x * factor, y * factor);

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec4, Quat};
 
 use super::super::lanes::LANES;
 
-/// Rotations that are mapped at once; their result is still in the processor's nearest cache when it is laid into the track.
+/// Rotations that are mapped at once. Where one of them is no unit quaternion or on the other hemisphere, all of them are mapped one by one.
 pub(super) const BLOCK: usize = 8 * LANES;
 
 /// Squares of lengths differ from one by less than this where quaternions are unit ones but for the rounding of single precision.

@@ -73,8 +73,8 @@ fn a_foot_that_is_still_in_the_air_is_not_torn_down() {
     let targets = (0..FRAMES).map(|frame| [DVec3::new(0.01 * frame as f64, above(frame), 0.0); 3]).collect();
     let foot = foot(1.0, [track(vec![DVec3::ZERO; FRAMES], 10..31), None, None], targets);
     let (places, corrections) = planted(&stage(PlantMode::Auto), &foot, 0);
-    for frame in 0..FRAMES {
-        let lowered = -corrections[frame].offset.y;
+    for (frame, correction) in corrections.iter().enumerate() {
+        let lowered = -correction.offset.y;
         assert!(lowered < 0.05, "frame {frame}: {} m over the floor, {lowered} m farther down", above(frame));
     }
     let slid = places[12..30].windows(2).map(|pair| pair[0].distance(pair[1])).fold(0.0, f64::max);
