@@ -81,9 +81,9 @@ pub(super) fn chord_turn_lanes(
             (*below, goals_below(below, chest, wanted), [(max / 2.0).cos(), free.min(max).cos()])
         }
     };
-    let (found, margins) = turned.arcs_to(&goal, min_cosines[1]);
+    let margins = turned.turn_margins(&goal, min_cosines[1]);
     let whole_margins = natural.turn_margins(wanted, min_cosines[0]);
-    let mut turns = ChordTurnLanes { below: found, chest: QuatLanes::IDENTITY };
+    let mut turns = ChordTurnLanes { below: turned.arcs_to(&goal), chest: QuatLanes::IDENTITY };
     for lane in 0..LANES {
         let is_within_limits = margins[lane] > 0.0 && whole_margins[lane] > 0.0;
         if !is_within_limits {

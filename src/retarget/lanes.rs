@@ -379,25 +379,21 @@ impl VecLanes {
         std::array::from_fn(|lane| dots[lane] - min_cosine * (own[lane] * others[lane]).sqrt())
     }
 
-    /// The shortest turns to other directions, of use where the [margins](Self::turn_margins), the second result, are above zero for
-    /// a cosine above −1.
+    /// The shortest turns to other directions, of use where the [margins](Self::turn_margins) for a cosine above −1 are above zero.
     #[inline(always)]
-    pub(super) fn arcs_to(&self, other: &Self, min_cosine: f64) -> (QuatLanes, Lane) {
+    pub(super) fn arcs_to(&self, other: &Self) -> QuatLanes {
+        let (dots, own, others) = (self.dot(other), self.dot(self), other.dot(other));
         let mut arcs = QuatLanes::IDENTITY;
-        let mut margins = [0.0; LANES];
-        for (lane, margin) in margins.iter_mut().enumerate() {
+        for lane in 0..LANES {
             let (ax, ay, az) = (self.x[lane], self.y[lane], self.z[lane]);
             let (bx, by, bz) = (other.x[lane], other.y[lane], other.z[lane]);
-            let (dot, square) =
-                (ax * bx + ay * by + az * bz, (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz));
-            let lengths = square.sqrt();
-            *margin = dot - min_cosine * lengths;
-            let (x, y, z, w) = (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx, lengths + dot);
+            let w = (own[lane] * others[lane]).sqrt() + dots[lane];
+            let (x, y, z) = (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx);
             let factor = 1.0 / (x * x + y * y + z * z + w * w).sqrt();
             (arcs.x[lane], arcs.y[lane]) = (x * factor, y * factor);
             (arcs.z[lane], arcs.w[lane]) = (z * factor, w * factor);
         }
-        (arcs, margins)
+        arcs
     }
 
     #[inline(always)]

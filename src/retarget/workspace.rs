@@ -14,7 +14,7 @@ use super::{
         CarryStep, ChordStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, PelvisFurther, Plan, RideStep,
         Sample, ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment, mean_share,
     },
-    vectors::Vectors,
+    vectors::{Vectorized, Vectors},
 };
 
 /// Rotations in what memory hands over at once.
@@ -104,6 +104,22 @@ pub(super) struct Workspace {
     local: QuatLanes,
 }
 
+/// A chunk that is run.
+struct Run<'a, 'c> {
+    workspace: &'a mut Workspace,
+    plan: &'a Plan,
+    active: &'a Active,
+    tracks: &'a [JointTracks],
+    chunk: &'a mut Chunk<'c>,
+}
+
+impl Vectorized for Run<'_, '_> {
+    #[inline(always)]
+    fn run(self) {
+        self.workspace.run_frames(self.plan, self.active, self.tracks, self.chunk);
+    }
+}
+
 impl Workspace {
     pub(super) fn new(plan: &Plan) -> Self {
         Self {
@@ -121,29 +137,7 @@ impl Workspace {
     ///
     /// The same code is compiled for all [`Vectors`].
     pub(super) fn run(&mut self, plan: &Plan, active: &Active, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
-        match Vectors::detected() {
-            Vectors::Any => self.run_frames(plan, active, tracks, chunk),
-            #[cfg(target_arch = "x86_64")]
-            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected")]
-            // SAFETY: a processor has the features of the variant that was detected for it.
-            Vectors::Of256Bits => unsafe { self.run_with_256_bits(plan, active, tracks, chunk) },
-            #[cfg(target_arch = "x86_64")]
-            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected")]
-            // SAFETY: as above.
-            Vectors::Of512Bits => unsafe { self.run_with_512_bits(plan, active, tracks, chunk) },
-        }
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn run_with_256_bits(&mut self, plan: &Plan, active: &Active, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
-        self.run_frames(plan, active, tracks, chunk);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,avx512f,avx512dq,avx512vl")]
-    fn run_with_512_bits(&mut self, plan: &Plan, active: &Active, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
-        self.run_frames(plan, active, tracks, chunk);
+        Vectors::detected().run(Run { workspace: self, plan, active, tracks, chunk });
     }
 
     #[inline(always)]

@@ -6,8 +6,10 @@
 
 use glam::{DQuat, DVec3, Vec3};
 
-use super::super::vectors::Vectors;
-use crate::model::{JointTracks, Track, Transform};
+use crate::{
+    model::{JointTracks, Track, Transform},
+    retarget::vectors::{Vectorized, Vectors},
+};
 
 /// Frames whose poses are found at once; divides what one thread takes at a time.
 pub(super) const FRAMES: usize = 8;
@@ -134,29 +136,7 @@ impl Ahead {
     pub(super) fn find(&mut self, joints: &[PosedJoint], above: &Transform, tracks: &[JointTracks], frame: usize) {
         self.first = frame;
         self.is_there = [true; FRAMES];
-        match Vectors::detected() {
-            Vectors::Any => self.find_each(joints, above, tracks),
-            #[cfg(target_arch = "x86_64")]
-            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected")]
-            // SAFETY: a processor has the features of the variant that was detected for it.
-            Vectors::Of256Bits => unsafe { self.find_with_256_bits(joints, above, tracks) },
-            #[cfg(target_arch = "x86_64")]
-            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected")]
-            // SAFETY: as above.
-            Vectors::Of512Bits => unsafe { self.find_with_512_bits(joints, above, tracks) },
-        }
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn find_with_256_bits(&mut self, joints: &[PosedJoint], above: &Transform, tracks: &[JointTracks]) {
-        self.find_each(joints, above, tracks);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,avx512f,avx512dq,avx512vl")]
-    fn find_with_512_bits(&mut self, joints: &[PosedJoint], above: &Transform, tracks: &[JointTracks]) {
-        self.find_each(joints, above, tracks);
+        Vectors::detected().run(Find { ahead: self, joints, above, tracks });
     }
 
     #[inline(always)]
@@ -168,6 +148,21 @@ impl Ahead {
             let (done, rest) = self.model.split_at_mut(slot);
             rest[0].set_child(posed.parent.map_or(&above, |parent| &done[parent]), local);
         }
+    }
+}
+
+/// Poses that are found.
+struct Find<'a> {
+    ahead: &'a mut Ahead,
+    joints: &'a [PosedJoint],
+    above: &'a Transform,
+    tracks: &'a [JointTracks],
+}
+
+impl Vectorized for Find<'_> {
+    #[inline(always)]
+    fn run(self) {
+        self.ahead.find_each(self.joints, self.above, self.tracks);
     }
 }
 
