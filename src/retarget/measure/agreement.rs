@@ -16,7 +16,7 @@ pub(super) fn disagreement(bearing: &[&Traced<'_>], frames: &[usize], resting: &
     let (mut all_alone, mut all, mut of_source) = (0, 0, 0);
     for traced in bearing {
         let (source, target) = (&traced.standing.source.stands, &traced.standing.target.stands);
-        let mut alone = stands_alone(source, target, traced.performed_seconds);
+        let mut alone = stands_alone(source, target, &traced.compared.performed_seconds);
         alone.iter_mut().zip(frames).for_each(|(alone, &frame)| *alone &= !resting.is_near(frame));
         let count = |stands: &[bool]| stands.iter().filter(|stands| **stands).count();
         let sum = count(source) + count(target);
@@ -34,7 +34,7 @@ pub(super) fn disagreement(bearing: &[&Traced<'_>], frames: &[usize], resting: &
         reading.parts.insert(part, share);
     }
     // Where the source never stands there is nothing to agree with.
-    let least = MIN_SECONDS * frames_per_second(bearing.first()?.performed_seconds);
+    let least = MIN_SECONDS * frames_per_second(&bearing.first()?.compared.performed_seconds);
     (of_source > 0).then(|| Reading { value: all_alone as f64 / (all as f64).max(least), ..reading })
 }
 

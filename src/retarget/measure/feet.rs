@@ -206,7 +206,8 @@ impl Feet {
             skin,
             ground: None,
             floors: Both::default(),
-            performed_seconds: &compared.performed_seconds,
+            size: self.legs.source / self.legs.target,
+            compared,
         }
     }
 

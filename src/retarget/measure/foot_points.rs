@@ -34,6 +34,8 @@ pub(super) struct FootPoint {
     pub(super) slot: usize,
     /// The joint itself, where the slot is of the sole below it.
     pub(super) joint_slot: usize,
+    /// How the joint is turned.
+    pub(super) turn_slot: usize,
     /// Whether it is one that stands; a toe tip only goes through the floor.
     pub(super) bears: bool,
 }
@@ -52,8 +54,9 @@ pub(super) struct Traced<'a> {
     pub(super) ground: Option<Both<Vec<f64>>>,
     /// How fast the floor runs below each side, meters a second.
     pub(super) floors: Both<DVec3>,
-    /// Of the frames, on the clock of the performance.
-    pub(super) performed_seconds: &'a [f64],
+    /// The source's leg over the target's.
+    pub(super) size: f64,
+    pub(super) compared: &'a Compared,
 }
 
 impl Traced<'_> {
@@ -80,8 +83,25 @@ impl Traced<'_> {
             (self.skin.source, &self.positions.source, self.floors.source)
         };
         let of_skin = skin.and_then(|track| *track.steps.get(frame)?);
-        let step = of_skin.unwrap_or_else(|| (positions[frame + 1] - positions[frame]).xz());
-        step - floor.xz() * (self.performed_seconds[frame + 1] - self.performed_seconds[frame])
+        let of_point = || {
+            let turned = if is_target { DVec3::ZERO } else { self.turned_sole(frame) };
+            (positions[frame + 1] - positions[frame] + turned).xz()
+        };
+        let step = of_skin.map_or_else(of_point, |step| step.way);
+        let seconds = &self.compared.performed_seconds;
+        step - floor.xz() * (seconds[frame + 1] - seconds[frame])
+    }
+
+    /// How a sole moves until the next frame, beside the point below the joint, because the source's foot turns: the place that touches of the
+    /// target's mesh, on a foot of the source that is as large beside its leg. A foot that turns about its heel sweeps the floor with its
+    /// toes on both sides, and a source without a mesh has no toes that could be looked at. Meters.
+    fn turned_sole(&self, frame: usize) -> DVec3 {
+        let touching = self.skin.target.and_then(|track| *track.steps.get(frame)?).map(|step| step.from);
+        let Some(from) = touching else { return DVec3::ZERO };
+        let Compared { source, target, .. } = self.compared;
+        let slot = self.point.turn_slot;
+        let at_rest = target.turn(frame, slot).conjugate() * (from - self.positions.target[frame]) * self.size;
+        source.turn(frame + 1, slot) * at_rest - source.turn(frame, slot) * at_rest
     }
 }
 
@@ -111,6 +131,7 @@ impl FootPoint {
             joints,
             slot: wanted.point(anchor),
             joint_slot: wanted.joint(joints),
+            turn_slot: wanted.turn(joints),
             bears: name != "tip",
         }
     }

@@ -56,7 +56,7 @@ pub(super) fn under_standing_feet(traced: &[Traced<'_>], floors: &Both<DVec3>) -
         for (frame, _) in still {
             ways.source += traced.step(false, frame);
             ways.target += traced.step(true, frame);
-            seconds += traced.performed_seconds[frame + 1] - traced.performed_seconds[frame];
+            seconds += traced.compared.performed_seconds[frame + 1] - traced.compared.performed_seconds[frame];
         }
     }
     let mean = |way: &DVec2| if seconds > 0.0 { DVec3::new(way.x, 0.0, way.y) / seconds } else { DVec3::ZERO };

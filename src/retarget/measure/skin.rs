@@ -68,7 +68,14 @@ pub(super) struct PartTrack {
     /// Height of the lowest vertex per frame, meters; empty where the part has no vertices.
     pub(super) heights: Vec<f32>,
     /// How far what touches the floor moves over it until the next frame, meters; nothing where nobody wants to know.
-    pub(super) steps: Vec<Option<DVec2>>,
+    pub(super) steps: Vec<Option<Step>>,
+}
+
+/// What touches the floor, on its way to the next frame: the mean of its vertices, meters, +Y up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    pub(super) from: DVec3,
+    pub(super) way: DVec2,
 }
 
 /// A part to look for: the joints whose vertices count, and where a foot is divided.
@@ -229,14 +236,15 @@ impl Part {
 }
 
 /// How the vertices that touch the floor move over it on the whole, so that a foot which turns on the spot does not slide.
-fn step(before: &[DVec3], now: &[DVec3], touch: f64) -> Option<DVec2> {
+fn step(before: &[DVec3], now: &[DVec3], touch: f64) -> Option<Step> {
     let lowest = |places: &[DVec3]| places.iter().map(|place| place.y).fold(f64::INFINITY, f64::min) + touch;
     let (low_before, low_now) = (lowest(before), lowest(now));
-    let level = |(before, now): (&DVec3, &DVec3)| (*now - *before).xz();
     let steps = |touches: &dyn Fn(&DVec3, &DVec3) -> bool| {
         let pairs = before.iter().zip(now).filter(|(before, now)| touches(before, now));
-        let (sum, count) = pairs.map(level).fold((DVec2::ZERO, 0), |(sum, count), step| (sum + step, count + 1));
-        (count > 0).then(|| sum / f64::from(count))
+        let sums = |(from, to, count), (before, now): (&DVec3, &DVec3)| (from + *before, to + *now, count + 1);
+        let (from, to, count) = pairs.fold((DVec3::ZERO, DVec3::ZERO, 0), sums);
+        let mean = |sum: DVec3| sum / f64::from(count);
+        (count > 0).then(|| Step { from: mean(from), way: mean(to - from).xz() })
     };
     // Where the foot rolls on so fast that no vertex touches in both frames, it is what touched.
     steps(&|before, now| before.y <= low_before && now.y <= low_now)
@@ -297,9 +305,9 @@ mod tests {
             DVec3::new(-0.1, 0.0, -0.1),
         ];
         let turned = corners.map(|corner| DQuat::from_rotation_y(0.2) * corner);
-        assert!(step(&corners, &turned, 0.005).expect("it touches").length() < 1e-12, "turned");
+        assert!(step(&corners, &turned, 0.005).expect("it touches").way.length() < 1e-12, "turned");
         let moved = corners.map(|corner| corner + DVec3::X * 0.01);
-        assert!((step(&corners, &moved, 0.005).expect("it touches").x - 0.01).abs() < 1e-12, "moved");
+        assert!((step(&corners, &moved, 0.005).expect("it touches").way.x - 0.01).abs() < 1e-12, "moved");
         assert!(step(&[], &[], 0.005).is_none(), "nothing touches");
     }
 }

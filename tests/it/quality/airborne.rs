@@ -57,6 +57,21 @@ fn feet_that_dangle_through_the_floor_draw_nobody_down() {
     }
 }
 
+/// Rotations alone raise and sink feet by centimeters within a few frames of the crouches before and after a leap.
+#[test]
+fn feet_stay_on_the_floor_in_a_crouch() {
+    let Some(robot) = corpus_file("cc0-stylised/robot_expressive.glb") else { return };
+    let source = with_clip(Figure::read(&robot).scene, "Jump");
+    for file in ["mixamo/gltf/Soldier.glb", "readyplayerme/rpm_avatar_a.glb", "vrm1/makehuman_body_vrm1.vrm"] {
+        let Some(target) = corpus_file(file) else { return };
+        let target = Figure::read(&target);
+        let (from, onto) = (rig_of("source", &source), rig_of("target", &target.scene));
+        let result = moved(&from, &onto);
+        let float = measured(&from, &onto, &result).metrics[&MetricName::FloorFloat].value.expect("it stands");
+        assert!(float < 1.0, "{file}: {float} cm");
+    }
+}
+
 /// A knight with long feet beside its legs hops: its toes touch while others are still a third of a leg above the floor.
 #[test]
 fn toes_of_long_feet_that_touch_early_tear_no_leg_down() {

@@ -110,6 +110,20 @@ fn a_body_that_hovers_fails() {
     assert_eq!(verdict, Verdict::Fail);
 }
 
+/// A boxer who sits down with his feet set up before him.
+#[test]
+fn feet_stay_where_they_stand_while_a_body_sits_down() {
+    let files = ["bvh/cmu/boxing_toes_row_mismatch.bvh", "mixamo/fbx/ybot_prerotation_skin.fbx"];
+    let [Some(source), Some(target)] = files.map(corpus_file) else { return };
+    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
+    let result = moved(&from, &onto);
+    let foot = onto.role("right_foot")[0];
+    let ankle = |frame: usize| position(&world(target.skeleton(), Some((&result.clip, frame))), foot);
+    let way = (2360..2410).map(|frame| (ankle(frame + 1) - ankle(frame)).with_y(0.0)).sum::<DVec3>().length();
+    assert!(way < 0.02, "the right foot goes {way} m along the floor");
+}
+
 /// A figure with a trunk as thick as its legs are long.
 #[test]
 fn a_chibi_that_lies_lays_others_down() {

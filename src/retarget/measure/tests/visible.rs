@@ -1,6 +1,6 @@
 //! What a viewer sees: soles of a mesh in the floor, kinks, springs, sway, arms in the trunk, limbs at rest.
 
-use std::sync::Arc;
+use std::{f64::consts::TAU, sync::Arc};
 
 use glam::{DQuat, DVec3, Vec3};
 
@@ -101,6 +101,30 @@ fn a_mesh_that_slides_says_how_far() {
     let measures = measured(&scene, &standing(&scene, 31), &sliding, ReportDetail::Summary);
     close(value(&measures, MetricName::FootSlide), 3.0, 0.01, "centimeters at 1 m leg length");
     close(value(&measures, MetricName::FloorFloat), 0.0, 0.01, "it stays on the floor");
+}
+
+#[test]
+fn soles_that_sweep_as_a_foot_without_a_mesh_does_are_forgiven() {
+    let (bones, shoes) = (walker(), shod(0.0));
+    // A foot that turns about its ankle and back within a second. Its toes go to the side and back.
+    let turning = |radians: f64| {
+        clip(&bones.skeleton, 61, |frame, pose| {
+            let turned = radians * (1.0 - (frame as f64 / 60.0 * TAU).cos()) / 2.0;
+            turn(pose, &bones.skeleton, "mixamorig:LeftFoot", DQuat::from_rotation_y(turned));
+        })
+    };
+    let slide = |source: f64, result: f64| {
+        let sides = ((&bones, &turning(source)), (&shoes, &turning(result)));
+        let mut measures = measured_onto(sides.0, sides.1, ReportDetail::Full);
+        measures.metrics.remove(&MetricName::FootSlide).expect("it stands")
+    };
+    let same = slide(0.15, 0.15);
+    let (value, source) = (same.value.expect("it stands"), same.source_value.expect("it stands"));
+    assert!(value > 1.0 && (value - source).abs() < 0.1, "the same foot with and without a mesh: {value} and {source}");
+    assert_eq!(same.verdict, Verdict::Pass, "{same:?}");
+    let more = slide(0.05, 0.15);
+    assert!(more.verdict > Verdict::Pass, "it turns three times as far as the source's: {more:?}");
+    assert!(slide(0.0, 0.15).source_value.expect("it stands") < 1e-6, "a source that stands still has none");
 }
 
 #[test]

@@ -18,6 +18,12 @@ const STEP_SECONDS: f64 = 0.6;
 /// Standard deviation of the smoothing of what a foot is moved beyond the pelvis: a sole of a few points rolls in jolts, one of
 /// flesh does not.
 const LIFT_SECONDS: f64 = 0.04;
+/// The same where a foot stands still: the whole body of a capture may start by a centimeter within a single frame, and knees need not follow.
+const NEED_SECONDS: f64 = 0.015;
+/// A foot that turns faster than this rolls or turns about a point of its sole, whatever touches; radians a second.
+const STILL_RADIANS_PER_SECOND: f64 = 0.7;
+/// Standard deviation of the smoothing with which a foot comes to stand still.
+const STILL_SECONDS: f64 = 0.02;
 /// Rounds in which that smoothing is made up for where a sole is in the floor.
 const LIFT_ROUNDS: usize = 2;
 
@@ -30,12 +36,17 @@ pub(in crate::retarget) struct Lift {
     pub(in crate::retarget) least: f64,
 }
 
-/// Smooth over time, and nowhere less than the least.
-pub(in crate::retarget) fn smoothed_lifts(mut lifts: Vec<Lift>, times: &[f64]) -> Vec<Lift> {
+/// Smooth over time, and nowhere less than the least. A foot that stands still (a share of each frame; nothing where there is no foot) is moved by
+/// what it needs: then its ankle is as quiet as the floor, however jerkily rotations alone would raise and sink it.
+pub(in crate::retarget) fn smoothed_lifts(mut lifts: Vec<Lift>, stands_still: &[f64], times: &[f64]) -> Vec<Lift> {
     let beyond: Vec<f64> = lifts.iter().map(|lift| lift.beyond).collect();
     let least: Vec<f64> = lifts.iter().map(|lift| lift.least).collect();
-    let beyond = smooth_above(&beyond, &least, times, LIFT_SECONDS);
-    lifts.iter_mut().zip(beyond).for_each(|(lift, beyond)| lift.beyond = beyond);
+    let smooth = smooth_above(&beyond, &least, times, LIFT_SECONDS);
+    let needed = smoothed(&beyond, times, NEED_SECONDS);
+    lifts.iter_mut().zip(&smooth).for_each(|(lift, smooth)| lift.beyond = *smooth);
+    for ((lift, needed), still) in lifts.iter_mut().zip(needed).zip(stands_still) {
+        lift.beyond += (needed - lift.beyond) * still;
+    }
     lifts
 }
 
@@ -65,6 +76,21 @@ pub(in crate::retarget) fn smooth_above(
 }
 
 impl FloorStage {
+    /// How much a foot stands still, frame by frame: 1 well within contacts in which it does not turn.
+    pub(in crate::retarget) fn stands_still(&self, foot: usize, work: &Work<'_>) -> Vec<f64> {
+        let limb = self.feet[foot].limb;
+        let rotation = |frame: usize| work.goals[frame * self.limb_count + limb].rotation;
+        let last = work.frame_count().saturating_sub(1);
+        let moves = |frame: usize| {
+            let (before, after) = (frame.saturating_sub(1), (frame + 1).min(last));
+            let most = STILL_RADIANS_PER_SECOND * (work.performed[after] - work.performed[before]);
+            let stands = work.contacts.touches(limb, frame) && rotation(before).angle_between(rotation(after)) < most;
+            if stands { 0.0 } else { 1.0 }
+        };
+        let moves: Vec<f64> = (0..work.frame_count()).map(moves).collect();
+        smoothed_above(&moves, work.performed, STILL_SECONDS).into_iter().map(|moves| 1.0 - moves).collect()
+    }
+
     /// How far the pelvis goes up or down with the feet that carry it: the mean of what they need; `wants` says what a foot needs at a
     /// frame where it carries. Straight from one contact to the next, and smooth over time: frames in which two feet carry count
     /// twice in that, since two knees bend for what is left. A trunk that rests on the floor decides alone.
@@ -149,6 +175,26 @@ fn straight(known: &[(usize, DVec2)], times: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_foot_that_stands_still_is_moved_by_what_it_needs() {
+        let times: Vec<f64> = (0..60).map(|frame| f64::from(frame) / 30.0).collect();
+        // A crouch: within three frames rotations alone sink the foot by 4 cm, and as fast they raise it again.
+        let need = |frame: usize| 0.04 * (1.0 - (frame.abs_diff(30) as f64 / 3.0)).max(0.0);
+        let lifts: Vec<Lift> = (0..60).map(|frame| Lift { beyond: need(frame), least: need(frame) }).collect();
+        let off = |stands_still: &[f64]| {
+            let moved = smoothed_lifts(lifts.clone(), stands_still, &times);
+            moved.iter().enumerate().map(|(frame, lift)| (lift.beyond - need(frame)).abs()).fold(0.0, f64::max)
+        };
+        assert!(off(&[]) > 0.008, "smoothly, it hovers around that: {}", off(&[]));
+        assert!(off(&[1.0; 60]) < 0.0035, "it stays on the floor: {}", off(&[1.0; 60]));
+        let mut start = lifts.clone();
+        start.iter_mut().for_each(|lift| (lift.beyond, lift.least) = (0.0, 0.0));
+        start[30].beyond = 0.015;
+        let fast: Vec<f64> = times.iter().map(|time| time / 4.0).collect();
+        let most = smoothed_lifts(start, &[1.0; 60], &fast).iter().map(|lift| lift.beyond).fold(0.0, f64::max);
+        assert!(most < 0.005, "a start of a single frame of a fast capture is not followed: {most}");
+    }
 
     #[test]
     fn where_nothing_carries_the_pelvis_goes_to_what_the_step_needed() {

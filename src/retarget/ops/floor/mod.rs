@@ -59,6 +59,11 @@ const STANDS_FADE_METERS: f64 = 0.006;
 const CARRIES_METERS: f64 = 0.015;
 /// In those clips, feet that are tilted by less stand on their whole soles; in others contacts of heel and ball say so.
 const LEVEL_RADIANS: f64 = 0.2;
+/// A leg of a body that rests is bent below the first share of its length, with its foot set up before it, and straight above the second.
+const BENT_REACH: f64 = 0.7;
+const STRAIGHT_REACH: f64 = 0.9;
+/// Below this one it is folded as far as it goes.
+const FOLDED_REACH: f64 = 0.2;
 /// From there on the floor ceases to count for them, over so many meters.
 const LOW_METERS: f64 = 0.01;
 const LOW_FADE_METERS: f64 = 0.03;
@@ -294,22 +299,32 @@ impl FloorStage {
                 let (lift, goal) = (lifts[frame], &mut goals[limb]);
                 let foot = self.feet.iter().position(|foot| foot.limb == limb);
                 if let Some(foot) = foot.filter(|_| resting > 0.0) {
-                    let hip = rows[frame * self.feet.len() + foot].hip;
-                    goal.position += stretched(goal.position - hip, up * lift.beyond, up) * resting;
+                    let foot_from_hip = goal.position - rows[frame * self.feet.len() + foot].hip;
+                    goal.position += self.stretched(foot_from_hip, up * lift.beyond) * resting;
                 }
                 goal.position += up * (shifts[frame] + lift.beyond);
                 goal.headroom = (lift.beyond - lift.least).max(0.0);
             }
         })
     }
+
+    /// How far a foot of a body that rests goes along the floor as it is moved up beyond its hip: a leg that lies straight does not bend for
+    /// that, and one that is folded below its trunk does not fold any farther. A foot that is set up stays where it stands.
+    fn stretched(&self, foot_from_hip: DVec3, moved: DVec3) -> DVec3 {
+        let up = self.ground.up;
+        let now = foot_from_hip + moved;
+        let (before, after) = (foot_from_hip.length(), now.length());
+        let kept = after + (before - after) * straightness(before / self.target_leg);
+        let wanted = kept.max(before.min(FOLDED_REACH * self.target_leg));
+        let (height, level) = (now.dot(up), now.reject_from_normalized(up));
+        let along = (wanted * wanted - height * height).max(0.0).sqrt();
+        level.try_normalize().map_or(DVec3::ZERO, |heading| heading * (along - level.length()))
+    }
 }
 
-/// How far a foot of a body that lies goes along the floor as it is moved up beyond its hip, so that its leg does not bend for that.
-fn stretched(foot_from_hip: DVec3, moved: DVec3, up: DVec3) -> DVec3 {
-    let now = foot_from_hip + moved;
-    let (height, level) = (now.dot(up), now.reject_from_normalized(up));
-    let wanted = (foot_from_hip.length_squared() - height * height).max(0.0).sqrt();
-    level.try_normalize().map_or(DVec3::ZERO, |heading| heading * (wanted - level.length()))
+/// How much a leg counts as straight that reaches over so much of its length.
+fn straightness(reach: f64) -> f64 {
+    smootherstep((reach - BENT_REACH) / (STRAIGHT_REACH - BENT_REACH))
 }
 
 impl Stage for FloorStage {
@@ -355,7 +370,8 @@ impl Stage for FloorStage {
                 let moved = free + (missing * alpha - free) * weight;
                 Lift { beyond: moved - shift, least: least - shift }
             };
-            smoothed_lifts((0..alphas.len()).map(lift).collect(), work.performed)
+            let stands_still = foot.map_or(Vec::new(), |foot| self.stands_still(foot, work));
+            smoothed_lifts((0..alphas.len()).map(lift).collect(), &stands_still, work.performed)
         };
         let lifts: Vec<Vec<Lift>> = self.goal_limbs.par_iter().map(lifted).collect();
         let shifts: Vec<f64> = shifts.iter().zip(&alphas).map(|(shift, alpha)| shift * alpha).collect();
