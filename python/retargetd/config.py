@@ -14,6 +14,7 @@ __all__ = [
     "Align",
     "Alpha",
     "AlphaCurve",
+    "ArmClearanceFields",
     "ArmSpacingFields",
     "AutoWord",
     "Background",
@@ -171,7 +172,7 @@ MirrorMode = Literal["model", "components"]
 MirrorPlane = Literal["rest", "start"]
 MorphCombine = Literal["sum", "max", "min", "product"]
 OneOrMany = Union[str, list[str]]
-Op = Union["PelvisFields", "FkFields", "ContactsFields", "IkFields", "PlantFields", "FloorFields", "SelfContactFields", "FilterFields", "JointsFields", "PinFields", "CopyBasePoseFields", "AdditivePoseFields", "ArmSpacingFields", "StretchChainFields", "TwistFields", "LimitsFields", "FingersFields", "ReachFields", "StrideFields", "CurvesFields", "PropsFields", "ScaleSourceFields", "RootMotionFields"]
+Op = Union["PelvisFields", "FkFields", "ArmClearanceFields", "ContactsFields", "IkFields", "PlantFields", "FloorFields", "SelfContactFields", "FilterFields", "JointsFields", "PinFields", "CopyBasePoseFields", "AdditivePoseFields", "ArmSpacingFields", "StretchChainFields", "TwistFields", "LimitsFields", "FingersFields", "ReachFields", "StrideFields", "CurvesFields", "PropsFields", "ScaleSourceFields", "RootMotionFields"]
 OtherCurves = Literal["keep", "drop"]
 OutputChoice = Union["OutputSpec", list["OutputSpec"]]
 PelvisScale = Union[float, "PelvisScaleRule"]
@@ -461,6 +462,19 @@ class FkFields(TypedDict, total=False):
     align_pole: float
     pole_offset: float
     keep_pole_offset: bool
+
+
+class ArmClearanceFields(TypedDict, total=False):
+    """Swings arms out of a body that is thicker than the source's."""
+
+    op: Literal["arm_clearance"]
+    enabled: bool
+    alpha: Alpha
+    mask: Union[list[str], None]
+    frames: Union[list[int], None]
+    depth: float
+    max_degrees: float
+    smoothing_seconds: float
 
 
 class ContactsFields(TypedDict, total=False):

@@ -2,6 +2,7 @@
 
 mod airborne;
 mod animals;
+mod arm_clearance;
 mod bodies;
 mod creatures;
 mod determinism;

@@ -107,7 +107,7 @@ impl Clearance {
 }
 
 /// The least share of a difference with which all is clear; 1 where none is enough.
-fn least_share(is_clear: impl Fn(f64) -> bool) -> f64 {
+pub(super) fn least_share(is_clear: impl Fn(f64) -> bool) -> f64 {
     if is_clear(0.0) {
         return 0.0;
     }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{
+    clearance::least_share,
     metric::{Finding, Reading, Series},
     motion::{Anchor, Both, Compared, Motion, Wanted},
 };
@@ -77,6 +78,40 @@ impl Collisions {
             series.push(Series { part: arm.name.to_owned(), joint: arm.joint, values });
         }
         Reading::of_worst_part(&series, &compared.frames.indices, 0.98).ok_or(NO_ARMS)
+    }
+}
+
+/// How deep an arm of the target may be in the body beyond the source's before it is swung out by right, in legs.
+const INTO_THE_BODY: f64 = 0.03;
+
+impl Collisions {
+    /// The share of the way from where the bones of an arm of the source point to where the target's point that keeps forearm and hand out of
+    /// the body: all of it where that is not enough. `side` is what the names of its parts begin with, the slots are those of shoulder, elbow and wrist.
+    pub(super) fn aside(&self, side: &str, slots: [usize; 3], compared: &Compared, frame: usize) -> f64 {
+        let arms: Vec<&Capsule> = self.arms.iter().filter(|arm| arm.name.starts_with(side)).collect();
+        let places = |motion: &Motion| slots.map(|slot| motion.position(frame, slot));
+        let ([from, bend, to], [shoulder, elbow, wrist]) = (places(&compared.source), places(&compared.target));
+        let bones = [(bend - from, elbow - shoulder), (to - bend, wrist - elbow)];
+        let is_clear = |share: f64| {
+            let bone = |(source, target): (DVec3, DVec3)| {
+                let along = source.normalize_or_zero().lerp(target.normalize_or_zero(), share);
+                along.normalize_or_zero() * target.length()
+            };
+            let turned_elbow = shoulder + bone(bones[0]);
+            let turned_wrist = turned_elbow + bone(bones[1]);
+            arms.iter().all(|arm| {
+                let [start, end] = arm.ends.map(|end| compared.target.position(frame, end));
+                // A hand keeps how it is turned.
+                let line = if start == end { [start - wrist + turned_wrist; 2] } else { [turned_elbow, turned_wrist] };
+                self.body.iter().all(|part| {
+                    let of_part = part.ends.map(|end| compared.target.position(frame, end));
+                    let own = arm.radius.target + part.radius.target - distance(line, of_part);
+                    let of_source = || depth(arm, part, &compared.source, frame, |radius| radius.source).max(0.0);
+                    own <= 0.0 || own / self.legs.target - of_source() / self.legs.source <= INTO_THE_BODY
+                })
+            })
+        };
+        least_share(is_clear)
     }
 }
 

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     body::{Size, first_joint, last_joint},
     clearance::Clearance,
+    collisions::Collisions,
     metric::{Finding, Reading, Series},
     motion::{Both, Compared, Wanted},
     statistics::{mean, percentile},
@@ -86,8 +87,9 @@ pub(super) struct Limbs {
     arms: Vec<Arm>,
 }
 
-/// An arm of the target whose hand may have to be kept out of the floor.
+/// An arm of the target that may have to be kept out of floor and body.
 struct Arm {
+    side: &'static str,
     roles: [&'static str; 2],
     /// Slots of shoulder, elbow and wrist.
     slots: [usize; 3],
@@ -165,6 +167,7 @@ impl Limbs {
         &self,
         compared: &Compared,
         (flat, resting): (&BTreeMap<String, Vec<bool>>, &Resting),
+        collisions: Option<&Collisions>,
     ) -> LimbSeries {
         let series = |role: &str, joint: usize, value: &dyn Fn(usize) -> f64| Series {
             part: role.to_owned(),
@@ -175,8 +178,11 @@ impl Limbs {
             let leg = LEGS.iter().find(|leg| leg.contains(&limb.role)).and_then(|leg| self.leg(leg));
             let arm = self.arms.iter().find(|arm| arm.roles.contains(&limb.role));
             let value = |frame: usize| {
-                // What keeps a hand out of the floor is no error.
-                let share = arm.map_or(0.0, |arm| arm.clearance.raised(arm.slots, compared, frame));
+                // What keeps a hand out of the floor, or an arm out of the body, is no error.
+                let share = arm.map_or(0.0, |arm| {
+                    let aside = collisions.map_or(0.0, |body| body.aside(arm.side, arm.slots, compared, frame));
+                    aside.max(arm.clearance.raised(arm.slots, compared, frame))
+                });
                 let degrees = limb.direction_degrees(compared, frame) * (1.0 - share);
                 let lying = leg.and_then(|leg| lying_degrees(leg, compared, resting, frame));
                 // What has no direction stays without one.
@@ -242,7 +248,7 @@ impl Arm {
         let wrist = wrist.map(|wrist| wrist.joint);
         let clearance = Clearance::of_hand(rigs.target, size, mapping, (arm, wrist, turning), wanted)?;
         let slots = [upper, lower, wrist].map(|joint| wanted.joint(joint));
-        Some(Self { roles, slots, clearance })
+        Some(Self { side: arm.side_of_arm()?, roles, slots, clearance })
     }
 }
 

@@ -4,6 +4,7 @@
 //! and the seeds of the fuzzer come from it.
 
 pub(in crate::retarget) mod additive_pose;
+pub(in crate::retarget) mod arm_clearance;
 pub(in crate::retarget) mod arm_spacing;
 pub(in crate::retarget) mod contacts;
 pub(in crate::retarget) mod context;
@@ -37,6 +38,7 @@ pub(in crate::retarget) mod stride;
 pub(in crate::retarget) mod twist;
 
 pub use additive_pose::AdditivePoseOp;
+pub use arm_clearance::ArmClearanceOp;
 pub use arm_spacing::ArmSpacingOp;
 pub use contacts::{ContactFloor, ContactFloorRule, ContactsOp};
 pub use copy_base_pose::CopyBasePoseOp;
@@ -105,6 +107,8 @@ registry! {
     Pelvis(PelvisOp) = "pelvis",
     /// Turns the chains by forward kinematics.
     Fk(FkOp) = "fk",
+    /// Swings arms out of a body that is thicker than the source's.
+    ArmClearance(ArmClearanceOp) = "arm_clearance",
     /// Finds where feet and hands rest on something in the source.
     Contacts(ContactsOp) = "contacts",
     /// Sets goals for the ends of limbs and reaches them.

@@ -23,6 +23,7 @@ use self::{
     pairs::find_pairs,
 };
 use super::ops::{
+    arm_clearance::need::need_room,
     curves::resolve::has_properties,
     fk::resolve::{order_chains, resolve_fk},
     pelvis::resolve::{resolve_pelvis, resolve_top},
@@ -30,7 +31,7 @@ use super::ops::{
 use super::{
     mapping::{ChainPair, Ground, Mapping},
     ops::{
-        Carry, ContactsOp, CurvesOp, FkOp, FloorOp, IkOp, Op, PelvisOp, PlantOp,
+        ArmClearanceOp, Carry, ContactsOp, CurvesOp, FkOp, FloorOp, IkOp, Op, PelvisOp, PlantOp,
         fk::{shoulders::find_shoulders, twists::find_twists},
     },
     spec::{RetargetSpec, TranslationMode},
@@ -186,6 +187,9 @@ fn keep_slides(chains: &mut [ChainPair], clip: &Clip) {
 fn default_ops(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], clip: &Clip) -> Vec<Op> {
     let mut ops = vec![Op::Pelvis(PelvisOp::default()), Op::Fk(FkOp::default())];
     let is_driven = |joint: usize| pairs.iter().any(|pair| pair.target.contains(&joint));
+    if need_room(source, target) {
+        ops.push(Op::ArmClearance(ArmClearanceOp::default()));
+    }
     if have_driven_leg(source, target, is_driven) {
         ops.extend([
             Op::Contacts(ContactsOp::default()),

@@ -220,7 +220,7 @@ const METRICS: [MetricInfo; 30] = [
         absolute_warn_above: None,
         forgives_source: true,
         weight: 3.0,
-        about: "how far a foot travels over the floor while the source's foot stands, per contact, at 1 m leg length: its longest way within a second, or from begin to end where that is more; of a mesh, the mean of what touches, which a source without one is taken to have below its foot, too; 95th percentile over contacts",
+        about: "how far a foot travels over the floor while the source's foot stands, per contact, at 1 m leg length: its longest way within a second, or from begin to end where that is more; 95th percentile over contacts",
     },
     MetricInfo {
         metric: MetricName::FloorPenetration,

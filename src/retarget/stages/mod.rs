@@ -4,6 +4,7 @@ mod ahead;
 pub(in crate::retarget) mod builder;
 pub(in crate::retarget) mod clock;
 pub(in crate::retarget) mod contact_points;
+pub(in crate::retarget) mod gaps;
 pub(in crate::retarget) mod limbs;
 pub(in crate::retarget) mod posed;
 pub(in crate::retarget) mod posing;

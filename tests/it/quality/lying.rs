@@ -27,8 +27,8 @@ pub(super) fn lowest(scene: &Scene, clip: &Clip, frame: usize) -> f64 {
     heights.fold(f64::INFINITY, f64::min)
 }
 
-/// The mannequin with a trunk so many times as thick, which lies on its back for a second.
-pub(super) fn lying(thickness: f32) -> Scene {
+/// The mannequin with a trunk so many times as thick.
+pub(super) fn with_trunk(thickness: f32) -> Scene {
     let mut scene = read_scene(&samples::mannequin(), "mannequin.glb");
     let trunk = trunk(&scene);
     let mut points = Vec::new();
@@ -39,7 +39,13 @@ pub(super) fn lying(thickness: f32) -> Scene {
         points.extend(scene.skin_points.of(joint).iter().map(|one| (joint_number, point(one))));
     }
     scene.skin_points = SkinPoints::new(scene.skeleton.len(), &points);
-    let pelvis = trunk[0];
+    scene
+}
+
+/// The same, which lies on its back for a second.
+pub(super) fn lying(thickness: f32) -> Scene {
+    let mut scene = with_trunk(thickness);
+    let pelvis = trunk(&scene)[0];
     let at_rest = world(&scene.skeleton, None)[pelvis].to_scale_rotation_translation();
     let clip = |height: f64| {
         let tracks = (0..scene.skeleton.len()).map(|joint| {

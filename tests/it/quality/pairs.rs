@@ -102,6 +102,9 @@ const MAX_OFF_AN_UNKNOWN_FLOOR: f64 = 0.07;
 const MAX_BELOW_THE_FLOOR: f64 = 0.08;
 /// Characters with feet as long as their shins. Rotations alone drive those through the floor.
 const LARGE_FEET: [&str; 1] = ["gdquest_sophia.glb"];
+/// Characters with hips as wide as their shoulders. Arms are swung out of those by default, and would be 20 cm in them (at a leg of 1 m).
+const WIDE_BODIES: [&str; 1] = ["gdquest_sophia.glb"];
+const MAX_DEGREES_BESIDE_WIDE_BODIES: f64 = 12.0;
 /// Share of its way that a walker goes where it faces.
 const MIN_FORWARD: f64 = 0.8;
 const MAX_LENGTH_CHANGE: f64 = 1e-4;
@@ -252,6 +255,10 @@ impl<'a> Pair<'a> {
             };
             let is_leg = start.ends_with("thigh") || start.ends_with("shin");
             let most = if is_leg && self.steps == Steps::Default { self.most_degrees_of_planted_legs() } else { most };
+            let is_arm = start.ends_with("upper_arm") || start.ends_with("forearm");
+            let is_swung =
+                is_arm && self.steps == Steps::Default && WIDE_BODIES.contains(&self.target.file_name.as_str());
+            let most = if is_swung { MAX_DEGREES_BESIDE_WIDE_BODIES } else { most };
             let mut angles: Vec<f64> = poses.iter().map(angle).collect();
             if start == "neck" {
                 // A neck keeps how it is made: it differs from the source's by as much as at rest, and that does not change.

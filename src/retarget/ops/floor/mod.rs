@@ -59,14 +59,14 @@ const STANDS_FADE_METERS: f64 = 0.006;
 const CARRIES_METERS: f64 = 0.015;
 /// In those clips, feet that are tilted by less stand on their whole soles; in others contacts of heel and ball say so.
 const LEVEL_RADIANS: f64 = 0.2;
-/// A leg of a body that rests is bent below the first share of its length, with its foot set up before it, and straight above the second.
-const BENT_REACH: f64 = 0.7;
-const STRAIGHT_REACH: f64 = 0.9;
-/// Below this one it is folded as far as it goes.
-const FOLDED_REACH: f64 = 0.2;
 /// From there on the floor ceases to count for them, over so many meters.
 const LOW_METERS: f64 = 0.01;
 const LOW_FADE_METERS: f64 = 0.03;
+/// A leg of a body that rests is bent below the first share of its length, with its foot set up before it, and straight above the second.
+const BENT_REACH: f64 = 0.5;
+const STRAIGHT_REACH: f64 = 0.75;
+/// Below this one it is folded as far as it goes.
+const FOLDED_REACH: f64 = 0.2;
 
 /// Puts soles onto the floor.
 #[derive(Clone, Debug)]

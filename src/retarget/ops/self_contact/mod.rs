@@ -6,7 +6,6 @@
 //! result depends on neither the number of threads nor where the work stopped. The little by which a hand is still in the body then
 //! is taken out as it is.
 
-mod gaps;
 pub(in crate::retarget) mod spec;
 
 pub use self::spec::SelfContactOp;
@@ -38,8 +37,8 @@ use rayon::prelude::*;
 use super::schedule::Schedule;
 use crate::{model::Canceled, rig::Capsule};
 
-use self::gaps::{Gap, Line, between};
 use crate::retarget::stages::{
+    gaps::{Fixed, Gap, Line, between},
     posing::{Pose, Posing},
     temporal::smoothed,
     work::Work,
@@ -88,29 +87,6 @@ pub(in crate::retarget) struct Part {
     pub(in crate::retarget) own: Option<usize>,
     pub(in crate::retarget) source: Fixed,
     pub(in crate::retarget) target: Fixed,
-}
-
-/// A capsule with the slots of its joints in a posing.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::retarget) struct Fixed {
-    start: (usize, DVec3),
-    end: (usize, DVec3),
-    radius: f64,
-}
-
-impl Fixed {
-    pub(in crate::retarget) fn new(capsule: &Capsule, posing: &Posing) -> Self {
-        let fixed = |anchor: crate::rig::Anchor| (posing.slot(anchor.joint), anchor.offset);
-        Self { start: fixed(capsule.start), end: fixed(capsule.end), radius: capsule.radius }
-    }
-
-    fn line(&self, pose: &Pose) -> Line {
-        let place = |(slot, offset): (usize, DVec3)| {
-            let joint = &pose.model[slot];
-            joint.translation + joint.rotation * offset
-        };
-        Line { start: place(self.start), end: place(self.end), radius: self.radius }
-    }
 }
 
 /// What hands are to be moved by at a frame.
