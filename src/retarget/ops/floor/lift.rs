@@ -36,8 +36,9 @@ pub(in crate::retarget) struct Lift {
     pub(in crate::retarget) least: f64,
 }
 
-/// Smooth over time, and nowhere less than the least. A foot that stands still (a share of each frame; nothing where there is no foot) is moved by
-/// what it needs: then its ankle is as quiet as the floor, however jerkily rotations alone would raise and sink it.
+/// Smooth over time, and nowhere less than the least, but where a foot stands still (a share of each frame; nothing where there is no foot): that
+/// one is moved by what it needs, and may be in the floor by the millimeters that the start of a capture is smoothed by. Its ankle is as quiet
+/// as the floor, however jerkily rotations alone would raise and sink it.
 pub(in crate::retarget) fn smoothed_lifts(mut lifts: Vec<Lift>, stands_still: &[f64], times: &[f64]) -> Vec<Lift> {
     let beyond: Vec<f64> = lifts.iter().map(|lift| lift.beyond).collect();
     let least: Vec<f64> = lifts.iter().map(|lift| lift.least).collect();
