@@ -64,6 +64,20 @@ pub struct Anchor {
     pub offset: DVec3,
 }
 
+impl Anchor {
+    /// In a unit of which one of this is so many.
+    pub(crate) fn in_unit(self, unit: f64) -> Self {
+        Self { offset: self.offset * unit, ..self }
+    }
+}
+
+impl Capsule {
+    /// In a unit of which one of this is so many.
+    pub(crate) fn in_unit(self, unit: f64) -> Self {
+        Self { start: self.start.in_unit(unit), end: self.end.in_unit(unit), radius: self.radius * unit }
+    }
+}
+
 /// The parts that both rigs have. `unit` is plan units per unit of the source.
 pub(crate) fn body_parts(source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<BodyPart> {
     let mut of_target = capsules(target, 1.0);

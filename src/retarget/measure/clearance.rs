@@ -92,11 +92,8 @@ impl Clearance {
         let turned = compared.target.turn(frame, self.turn);
         let start = compared.target.position(frame, shoulder);
         least_share(|share| {
-            let bone = |(source, target): (&DVec3, &DVec3)| {
-                let along = source.normalize_or_zero().lerp(target.normalize_or_zero(), share);
-                along.normalize_or_zero() * target.length()
-            };
-            self.is_clear(start + of_source.iter().zip(&of_target).map(bone).sum::<DVec3>(), turned)
+            let bones = of_source.iter().zip(of_target).map(|(source, target)| turned_bone(*source, target, share));
+            self.is_clear(start + bones.sum::<DVec3>(), turned)
         })
     }
 
@@ -104,6 +101,12 @@ impl Clearance {
         let is_above = |(point, radius): &(DVec3, f64)| end.y + (turned * *point).y - radius > self.lowest;
         end.y - self.reach > self.lowest || self.points.iter().all(is_above)
     }
+}
+
+/// A bone of the target that points a share of the way from where the source's does to where it does.
+pub(super) fn turned_bone(source: DVec3, target: DVec3, share: f64) -> DVec3 {
+    let along = source.normalize_or_zero().lerp(target.normalize_or_zero(), share);
+    along.normalize_or_zero() * target.length()
 }
 
 /// The least share of a difference with which all is clear; 1 where none is enough.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{
-    clearance::least_share,
+    clearance::{least_share, turned_bone},
     metric::{Finding, Reading, Series},
     motion::{Anchor, Both, Compared, Motion, Wanted},
 };
@@ -88,18 +88,12 @@ impl Collisions {
     /// The share of the way from where the bones of an arm of the source point to where the target's point that keeps forearm and hand out of
     /// the body: all of it where that is not enough. `side` is what the names of its parts begin with, the slots are those of shoulder, elbow and wrist.
     pub(super) fn aside(&self, side: &str, slots: [usize; 3], compared: &Compared, frame: usize) -> f64 {
-        let arms: Vec<&Capsule> = self.arms.iter().filter(|arm| arm.name.starts_with(side)).collect();
         let places = |motion: &Motion| slots.map(|slot| motion.position(frame, slot));
         let ([from, bend, to], [shoulder, elbow, wrist]) = (places(&compared.source), places(&compared.target));
-        let bones = [(bend - from, elbow - shoulder), (to - bend, wrist - elbow)];
         let is_clear = |share: f64| {
-            let bone = |(source, target): (DVec3, DVec3)| {
-                let along = source.normalize_or_zero().lerp(target.normalize_or_zero(), share);
-                along.normalize_or_zero() * target.length()
-            };
-            let turned_elbow = shoulder + bone(bones[0]);
-            let turned_wrist = turned_elbow + bone(bones[1]);
-            arms.iter().all(|arm| {
+            let turned_elbow = shoulder + turned_bone(bend - from, elbow - shoulder, share);
+            let turned_wrist = turned_elbow + turned_bone(to - bend, wrist - elbow, share);
+            self.arms.iter().filter(|arm| arm.name.starts_with(side)).all(|arm| {
                 let [start, end] = arm.ends.map(|end| compared.target.position(frame, end));
                 // A hand keeps how it is turned.
                 let line = if start == end { [start - wrist + turned_wrist; 2] } else { [turned_elbow, turned_wrist] };

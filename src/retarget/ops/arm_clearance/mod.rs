@@ -32,7 +32,7 @@ use crate::{
             work::{Change, Changed, Work},
         },
     },
-    rig::{Capsule, Limb, body_capsules, rig::Rig},
+    rig::{Capsule, Limb, body_capsules},
 };
 
 /// Rounds of swinging arms and smoothing that.
@@ -303,7 +303,7 @@ impl OpSpec for ArmClearanceOp {
     fn resolve(&self, context: &mut Context<'_>) {
         let Context { source, target, .. } = *context;
         let unit = source.unit_meters / target.unit_meters;
-        let of_source = body_capsules(source).into_iter().map(|(name, capsule)| (name, in_plan_units(capsule, unit)));
+        let of_source = body_capsules(source).into_iter().map(|(name, capsule)| (name, capsule.in_unit(unit)));
         let of_source: Vec<(&str, Capsule)> = of_source.collect();
         let of_target = body_capsules(target);
         let pair = |name: &str| -> Option<Pair> {
@@ -326,18 +326,4 @@ impl OpSpec for ArmClearanceOp {
 /// Whether a limb is among those that an op is about.
 fn is_masked_in(scope: &Scope, limb: Limb) -> bool {
     scope.mask.as_ref().is_none_or(|mask| mask.iter().any(|name| name == limb.name()))
-}
-
-fn in_plan_units(capsule: Capsule, unit: f64) -> Capsule {
-    let anchor = |anchor: crate::rig::Anchor| crate::rig::Anchor { offset: anchor.offset * unit, ..anchor };
-    Capsule { start: anchor(capsule.start), end: anchor(capsule.end), radius: capsule.radius * unit }
-}
-
-/// A capsule where it is at rest.
-fn line_at_rest(side: &Rig<'_>, capsule: &Capsule) -> Line {
-    let place = |anchor: crate::rig::Anchor| {
-        let rest = side.rest.transforms()[anchor.joint];
-        rest.translation + rest.rotation * anchor.offset
-    };
-    Line { start: place(capsule.start), end: place(capsule.end), radius: capsule.radius }
 }

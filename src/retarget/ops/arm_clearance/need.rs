@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::{ARMS, BODY, line_at_rest};
+use super::{ARMS, BODY};
 use crate::{
     retarget::stages::gaps::{Line, nearest},
-    rig::{Capsule, Limb, body_capsules, rig::Rig},
+    rig::{Anchor, Capsule, Limb, body_capsules, rig::Rig},
 };
 
 /// Arms that would be deeper in the body than the source's by more than this, in legs, where they hang or lie across it, need room.
@@ -44,6 +44,15 @@ fn depths(side: &Rig<'_>) -> Option<Vec<f64>> {
         }
     }
     Some(depths)
+}
+
+/// A capsule where it is at rest.
+fn line_at_rest(side: &Rig<'_>, capsule: &Capsule) -> Line {
+    let place = |anchor: Anchor| {
+        let rest = side.rest.transforms()[anchor.joint];
+        rest.translation + rest.rotation * anchor.offset
+    };
+    Line { start: place(capsule.start), end: place(capsule.end), radius: capsule.radius }
 }
 
 /// An arm that hangs from its shoulder.

@@ -136,8 +136,7 @@ impl OpSpec for FloorOp {
 
 /// Ends of a side in its own unit, of which one is so many plan units.
 fn in_plan_units(ends: Ends, unit: f64) -> Ends {
-    let scaled = |(anchor, radius): (Anchor, f64)| (Anchor { offset: anchor.offset * unit, ..anchor }, radius * unit);
-    ends.into_iter().map(scaled).collect()
+    ends.into_iter().map(|(anchor, radius)| (anchor.in_unit(unit), radius * unit)).collect()
 }
 
 /// The hands that the op keeps above the floor: those of all arms, unless it is about some limbs only.
