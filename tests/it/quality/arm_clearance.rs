@@ -59,6 +59,26 @@ fn arms_hang_beside_a_thick_trunk_and_not_in_it() {
 }
 
 #[test]
+fn a_mask_names_an_arm_by_its_limb_or_by_its_hand() {
+    let (source, target) = (samples::walk_scene(), with_trunk(2.0));
+    let (from, onto) = (rig_of("source", &source), rig_of("target", &target));
+    let swung = |mask: &str| {
+        let stack = format!(r#"{{"ops": [{{"op": "pelvis"}}, {{"op": "fk"}}, {{"op": "arm_clearance"{mask}}}]}}"#);
+        let result = moved_with(&from, &onto, &serde_json::from_str(&stack).expect("a spec"));
+        ["left_upper_arm", "right_upper_arm"].map(|role| {
+            let turned =
+                |frame: usize| rotation(&world(&target.skeleton, Some((&result.clip, frame))), onto.role(role)[0]);
+            (0..result.clip.frame_count()).map(turned).collect::<Vec<DQuat>>()
+        })
+    };
+    let ([left, right], none) = (swung(""), swung(r#", "mask": []"#));
+    assert!(left != none[0] && right != none[1], "both arms by default, none of no mask");
+    for mask in [r#", "mask": ["left_arm"]"#, r#", "mask": ["left_hand"]"#] {
+        assert_eq!(swung(mask), [left.clone(), none[1].clone()], "{mask}");
+    }
+}
+
+#[test]
 fn the_op_runs_where_arms_have_less_room() {
     let runs = |source: &Scene, target: &Scene| {
         let (from, onto, spec) = (rig_of("source", source), rig_of("target", target), RetargetSpec::default());

@@ -16,7 +16,7 @@ use super::schedule::Schedule;
 use crate::{
     model::{Canceled, rotation::smootherstep},
     retarget::{
-        mapping::Mapping,
+        mapping::{LimbPair, Mapping},
         ops::{
             context::{Context, Limbs},
             op_spec::OpSpec,
@@ -32,7 +32,7 @@ use crate::{
             work::{Change, Changed, Work},
         },
     },
-    rig::{Capsule, Limb, body_capsules},
+    rig::{Capsule, body_capsules},
 };
 
 /// Rounds of swinging arms and smoothing that.
@@ -48,9 +48,6 @@ const NEAR_LEGS: f64 = 0.08;
 const FAR_LEGS: f64 = 0.25;
 /// Swings of less are none, radians.
 const LITTLE_RADIANS: f64 = 1e-4;
-/// The arms of a body.
-const ARMS: [Limb; 2] = [Limb::LeftArm, Limb::RightArm];
-
 /// The parts of an arm that are kept out of the body, behind its side.
 const MOVED: [&str; 2] = ["forearm", "hand"];
 /// What they are kept out of.
@@ -244,6 +241,8 @@ struct ResolvedArmClearance {
 /// Joints of the target, and the parts of both sides.
 #[derive(Clone, Debug)]
 struct ResolvedArm {
+    /// Which of the mapping's limbs it is.
+    limb: usize,
     upper: usize,
     hand: usize,
     moved: Vec<Pair>,
@@ -259,28 +258,34 @@ impl OpWork for ResolvedArmClearance {
         stack.push_posed(stage);
     }
 
-    fn changed(&self, _op: &ResolvedOp, _mapping: &Mapping) -> Vec<usize> {
-        self.arms.iter().flat_map(|arm| [arm.upper, arm.hand]).collect()
+    fn changed(&self, op: &ResolvedOp, _mapping: &Mapping) -> Vec<usize> {
+        self.arms_of(op).flat_map(|arm| [arm.upper, arm.hand]).collect()
     }
 }
 
 impl ResolvedArmClearance {
+    /// Those that the op is about.
+    fn arms_of<'s>(&'s self, op: &'s ResolvedOp) -> impl Iterator<Item = &'s ResolvedArm> {
+        self.arms.iter().filter(|arm| op.limbs.contains(&arm.limb))
+    }
+
     /// Nothing where there are no arms, or nothing that they could be in.
     fn stage(&self, op: &ResolvedOp, stack: &StackBuilder<'_>) -> Option<ArmClearanceStage> {
-        if self.arms.is_empty() || self.body.is_empty() {
+        let resolved: Vec<&ResolvedArm> = self.arms_of(op).collect();
+        if resolved.is_empty() || self.body.is_empty() {
             return None;
         }
-        let pairs = || self.arms.iter().flat_map(|arm| &arm.moved).chain(&self.body);
+        let pairs = || resolved.iter().flat_map(|arm| &arm.moved).chain(&self.body);
         let joints = |side: usize| pairs().flat_map(move |pair| [pair[side].start.joint, pair[side].end.joint]);
         let source = stack.source_posing(joints(0));
-        let target = stack.target_posing(joints(1).chain(self.arms.iter().flat_map(|arm| [arm.upper, arm.hand])));
+        let target = stack.target_posing(joints(1).chain(resolved.iter().flat_map(|arm| [arm.upper, arm.hand])));
         let part = |pair: &Pair| Part { source: Fixed::new(&pair[0], &source), target: Fixed::new(&pair[1], &target) };
-        let arm = |arm: &ResolvedArm| Arm {
+        let arm = |arm: &&ResolvedArm| Arm {
             upper: target.slot(arm.upper),
             hand: target.slot(arm.hand),
             moved: arm.moved.iter().map(part).collect(),
         };
-        let (arms, body) = (self.arms.iter().map(arm).collect(), self.body.iter().map(part).collect());
+        let (arms, body) = (resolved.iter().map(arm).collect(), self.body.iter().map(part).collect());
         let (source_leg, target_leg) = stack.legs();
         Some(ArmClearanceStage {
             op: self.op.clone(),
@@ -310,20 +315,14 @@ impl OpSpec for ArmClearanceOp {
             let of = |side: &[(&str, Capsule)]| side.iter().find(|(other, _)| *other == name).map(|(_, part)| *part);
             Some([of(&of_source)?, of(&of_target)?])
         };
-        let arm = |limb: &Limb| {
-            let side = limb.side_of_arm()?;
+        let arm = |(limb, pair_of_limbs): (usize, &LimbPair)| {
+            let side = pair_of_limbs.limb.side_of_arm()?;
             let joint = |part: &str| target.role(&format!("{side}{part}")).first().copied();
             let moved: Vec<Pair> = MOVED.iter().filter_map(|part| pair(&format!("{side}{part}"))).collect();
-            Some(ResolvedArm { upper: joint("upper_arm")?, hand: joint("hand")?, moved })
+            Some(ResolvedArm { limb, upper: joint("upper_arm")?, hand: joint("hand")?, moved })
         };
-        let is_wanted = |limb: &&Limb| is_masked_in(&self.scope, **limb);
-        let arms = ARMS.iter().filter(is_wanted).filter_map(arm).collect();
+        let arms = context.limbs.iter().enumerate().filter_map(arm).collect();
         let body = BODY.into_iter().filter_map(pair).collect();
         context.push_on_limbs(&self.scope, Limbs::Arms, ResolvedArmClearance { op: self.clone(), arms, body });
     }
-}
-
-/// Whether a limb is among those that an op is about.
-fn is_masked_in(scope: &Scope, limb: Limb) -> bool {
-    scope.mask.as_ref().is_none_or(|mask| mask.iter().any(|name| name == limb.name()))
 }

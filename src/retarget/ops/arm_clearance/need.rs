@@ -2,12 +2,14 @@
 
 use glam::DVec3;
 
-use super::{ARMS, BODY};
+use super::BODY;
 use crate::{
     retarget::stages::gaps::{Line, nearest},
     rig::{Anchor, Capsule, Limb, body_capsules, rig::Rig},
 };
 
+/// The arms of a body.
+const ARMS: [Limb; 2] = [Limb::LeftArm, Limb::RightArm];
 /// Arms that would be deeper in the body than the source's by more than this, in legs, where they hang or lie across it, need room.
 const DEPTH_LEGS: f64 = 0.08;
 

@@ -8,6 +8,9 @@ use super::Correction;
 
 /// Seconds of a contact from which it is taken how fast its correction changes at its border.
 const FITTED_SECONDS: f64 = 0.1;
+/// Share of the speed of a correction at the border of a contact that it keeps outside of it. A foot that lands or lifts off changes its own
+/// speed by more than the rest of it; with all of it the foot swings out so far that its knee jerks.
+const KEPT_SPEED: f64 = 0.5;
 /// How long the speed of a correction at the border of a contact takes to go out: at least, and at most.
 const LET_GO_SECONDS: f64 = 0.08;
 const MAX_LET_GO_SECONDS: f64 = 0.25;
@@ -66,7 +69,7 @@ struct Border {
 }
 
 impl Border {
-    /// At the last frame of a contact, or at its first. The speed is that of the parabola through the border that fits the
+    /// At the last frame of a contact, or at its first. The speed is a share of that of the parabola through the border that fits the
     /// contact near it best: a line would have the speed that was, not the one that is.
     fn at(corrections: &[Correction], times: &[f64], frame: usize, is_first: bool) -> Self {
         let is_near =
@@ -89,7 +92,7 @@ impl Border {
             1 | 2 => moment(1) / second,
             _ => (moment(1) * fourth - moment(2) * third) / (second * fourth - third * third),
         };
-        Self { seconds: times[frame], offset, per_second }
+        Self { seconds: times[frame], offset, per_second: per_second * KEPT_SPEED }
     }
 }
 

@@ -43,7 +43,7 @@ impl Default for PlantOp {
         Self {
             scope: Scope::default(),
             mode: PlantMode::default(),
-            blend_seconds: 0.25,
+            blend_seconds: 0.35,
             level: true,
             steady: true,
             pull_pelvis: true,

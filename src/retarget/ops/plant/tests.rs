@@ -135,3 +135,17 @@ fn short_gaps_lead_straight_from_one_place_to_the_next() {
     assert_eq!(corrections[9].offset, DVec3::ZERO, "let go after two seconds");
     assert!(corrections[8].offset.x > 0.0, "on the way");
 }
+
+#[test]
+fn a_foot_that_is_held_while_it_moves_swings_out_little_before() {
+    // From frame 20 on the foot is held, and its goal goes on by 0.6 m/s; it lets go at frame 30.
+    let mut corrections = vec![Correction::default(); FRAMES];
+    for frame in 20..30 {
+        let offset = DVec3::X * (0.02 * (frame as f64 - 20.0) - 0.05);
+        corrections[frame] = Correction { offset, hold: 1.0 };
+    }
+    fade(&mut corrections, &times(), None, Some(20), 0.35, 0.03);
+    let farthest = corrections[..20].iter().map(|correction| correction.offset.length()).fold(0.0, f64::max);
+    assert!(farthest > 0.05, "its speed does not change at once: {farthest}");
+    assert!(farthest < 0.07, "it goes out of its way by {farthest} m, to where it is moved by 5 cm");
+}
