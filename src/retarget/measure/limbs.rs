@@ -174,15 +174,20 @@ impl Limbs {
             joint,
             values: (0..compared.len()).map(value).collect(),
         };
+        // What keeps a hand out of the floor, or an arm out of the body, is no error.
+        let kept_out = |arm: &Arm| -> Vec<f64> {
+            let share = |frame: usize| {
+                let aside = collisions.map_or(0.0, |body| body.aside(arm.side, arm.slots, compared, frame));
+                aside.max(arm.clearance.raised(arm.slots, compared, frame))
+            };
+            (0..compared.len()).map(share).collect()
+        };
+        let kept_out: Vec<Vec<f64>> = self.arms.iter().map(kept_out).collect();
         let direction = |limb: &Part| {
             let leg = LEGS.iter().find(|leg| leg.contains(&limb.role)).and_then(|leg| self.leg(leg));
-            let arm = self.arms.iter().find(|arm| arm.roles.contains(&limb.role));
+            let arm = self.arms.iter().zip(&kept_out).find(|(arm, _)| arm.roles.contains(&limb.role));
             let value = |frame: usize| {
-                // What keeps a hand out of the floor, or an arm out of the body, is no error.
-                let share = arm.map_or(0.0, |arm| {
-                    let aside = collisions.map_or(0.0, |body| body.aside(arm.side, arm.slots, compared, frame));
-                    aside.max(arm.clearance.raised(arm.slots, compared, frame))
-                });
+                let share = arm.map_or(0.0, |(_, shares)| shares[frame]);
                 let degrees = limb.direction_degrees(compared, frame) * (1.0 - share);
                 let lying = leg.and_then(|leg| lying_degrees(leg, compared, resting, frame));
                 // What has no direction stays without one.
