@@ -140,9 +140,8 @@ fn short_gaps_lead_straight_from_one_place_to_the_next() {
 fn a_foot_that_is_held_while_it_moves_swings_out_little_before() {
     // From frame 20 on the foot is held, and its goal goes on by 0.6 m/s; it lets go at frame 30.
     let mut corrections = vec![Correction::default(); FRAMES];
-    for frame in 20..30 {
-        let offset = DVec3::X * (0.02 * (frame as f64 - 20.0) - 0.05);
-        corrections[frame] = Correction { offset, hold: 1.0 };
+    for (index, correction) in corrections[20..30].iter_mut().enumerate() {
+        *correction = Correction { offset: DVec3::X * (0.02 * index as f64 - 0.05), hold: 1.0 };
     }
     fade(&mut corrections, &times(), None, Some(20), 0.35, 0.03);
     let farthest = corrections[..20].iter().map(|correction| correction.offset.length()).fold(0.0, f64::max);
