@@ -72,7 +72,7 @@ fn a_mask_names_an_arm_by_its_limb_or_by_its_hand() {
         })
     };
     let ([left, right], none) = (swung(""), swung(r#", "mask": []"#));
-    assert!(left != none[0] && right != none[1], "both arms by default, none of no mask");
+    assert!(left != none[0] && right != none[1], "both arms by default, none with an empty mask");
     for mask in [r#", "mask": ["left_arm"]"#, r#", "mask": ["left_hand"]"#] {
         assert_eq!(swung(mask), [left.clone(), none[1].clone()], "{mask}");
     }
