@@ -60,7 +60,7 @@ fn no_frame_allocates() {
     let (source, target) = (samples::walk_scene(), samples::mannequin_scene());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
     let all = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts"}, {"op": "ik"}, {"op": "plant"}, {"op": "floor"},
-        {"op": "arm_clearance"}, {"op": "self_contact"}, {"op": "filter"}]}"#;
+        {"op": "arm_clearance"}, {"op": "hand_contact"}, {"op": "self_contact"}, {"op": "filter"}]}"#;
     for text in [r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#, "{}", all] {
         let spec = parse_spec(text.as_bytes()).expect("a spec");
         let mut reporter = Reporter::new();

@@ -46,6 +46,7 @@ __all__ = [
     "FrameRange",
     "Grip",
     "GripHand",
+    "HandContactFields",
     "HeightRule",
     "HelperJoints",
     "HoldSpec",
@@ -172,7 +173,7 @@ MirrorMode = Literal["model", "components"]
 MirrorPlane = Literal["rest", "start"]
 MorphCombine = Literal["sum", "max", "min", "product"]
 OneOrMany = Union[str, list[str]]
-Op = Union["PelvisFields", "FkFields", "ArmClearanceFields", "ContactsFields", "IkFields", "PlantFields", "FloorFields", "SelfContactFields", "FilterFields", "JointsFields", "PinFields", "CopyBasePoseFields", "AdditivePoseFields", "ArmSpacingFields", "StretchChainFields", "TwistFields", "LimitsFields", "FingersFields", "ReachFields", "StrideFields", "CurvesFields", "PropsFields", "ScaleSourceFields", "RootMotionFields"]
+Op = Union["PelvisFields", "FkFields", "ArmClearanceFields", "ContactsFields", "IkFields", "PlantFields", "FloorFields", "HandContactFields", "SelfContactFields", "FilterFields", "JointsFields", "PinFields", "CopyBasePoseFields", "AdditivePoseFields", "ArmSpacingFields", "StretchChainFields", "TwistFields", "LimitsFields", "FingersFields", "ReachFields", "StrideFields", "CurvesFields", "PropsFields", "ScaleSourceFields", "RootMotionFields"]
 OtherCurves = Literal["keep", "drop"]
 OutputChoice = Union["OutputSpec", list["OutputSpec"]]
 PelvisScale = Union[float, "PelvisScaleRule"]
@@ -556,6 +557,18 @@ class FloorFields(TypedDict, total=False):
     shift_pelvis: bool
     trunk: bool
     hands: bool
+
+
+class HandContactFields(TypedDict, total=False):
+    """Brings hands together that touch each other."""
+
+    op: Literal["hand_contact"]
+    enabled: bool
+    alpha: Alpha
+    mask: Union[list[str], None]
+    frames: Union[list[int], None]
+    reach: float
+    smoothing_seconds: float
 
 
 class SelfContactFields(TypedDict, total=False):

@@ -23,6 +23,7 @@ mod mask;
 mod morphs;
 pub(crate) mod named_pair;
 pub(crate) mod nearest;
+pub(crate) mod palms;
 mod posing;
 pub(crate) mod ranges;
 pub(crate) mod recognition;
@@ -48,6 +49,7 @@ pub use limb::{Limb, LimbJoints, Sole};
 pub use lookup::find_clip;
 pub use mask::named_joints;
 pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs, morph_meaning};
+pub(crate) use palms::palm;
 pub use posing::{Posed, posed_target};
 pub use recognition::{
     BodyFrame, Hints, Part, Prop, Recognition, RecognitionMemory, Recognizer, RestPoseKind, RigKind, RigTemplate, Role,

@@ -152,7 +152,7 @@ pub(super) fn all_sides() -> impl Iterator<Item = DVec3> {
 }
 
 /// Which value such a share of them is below; there is one at least.
-fn share_of(values: &mut [f64], share: f64) -> f64 {
+pub(super) fn share_of(values: &mut [f64], share: f64) -> f64 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
     let index = (values.len() as f64 * share) as usize;
     *values.select_nth_unstable_by(index.min(values.len() - 1), f64::total_cmp).1
@@ -208,7 +208,7 @@ impl<'a, 'b> Body<'a, 'b> {
     }
 
     /// Where the vertices are at rest that joints move.
-    fn mesh_points(&self, joints: &[usize]) -> impl Iterator<Item = DVec3> {
+    pub(super) fn mesh_points(&self, joints: &[usize]) -> impl Iterator<Item = DVec3> {
         joints.iter().flat_map(|&joint| {
             let rest = self.side.rest.transforms()[joint];
             let points = self.side.scene.skin_points.of(joint).iter();

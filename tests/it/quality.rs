@@ -10,6 +10,7 @@ mod feet;
 pub(crate) mod figure;
 mod fingers;
 mod gait;
+mod hand_contact;
 mod hands_on_floor;
 mod heads;
 mod invariance;

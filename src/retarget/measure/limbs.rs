@@ -9,6 +9,7 @@ use super::{
     body::{Size, first_joint, last_joint},
     clearance::Clearance,
     collisions::Collisions,
+    hands::Hands,
     metric::{Finding, Reading, Series},
     motion::{Both, Compared, Wanted},
     statistics::{mean, percentile},
@@ -167,18 +168,25 @@ impl Limbs {
         &self,
         compared: &Compared,
         (flat, resting): (&BTreeMap<String, Vec<bool>>, &Resting),
-        collisions: Option<&Collisions>,
+        (hands, collisions): (Option<&Hands>, Option<&Collisions>),
     ) -> LimbSeries {
         let series = |role: &str, joint: usize, value: &dyn Fn(usize) -> f64| Series {
             part: role.to_owned(),
             joint,
             values: (0..compared.len()).map(value).collect(),
         };
-        // What keeps a hand out of the floor, or an arm out of the body, is no error.
+        let both = match self.arms.as_slice() {
+            [left, right] => Some([left.slots, right.slots]),
+            _ => None,
+        };
+        let together =
+            |frame: usize| hands.zip(both).map_or(0.0, |(hands, arms)| hands.together(arms, compared, frame));
+        let together: Vec<f64> = (0..compared.len()).map(together).collect();
+        // What keeps a hand out of the floor, or an arm out of the body, or brings hands together, is no error.
         let kept_out = |arm: &Arm| -> Vec<f64> {
             let share = |frame: usize| {
                 let aside = collisions.map_or(0.0, |body| body.aside(arm.side, arm.slots, compared, frame));
-                aside.max(arm.clearance.raised(arm.slots, compared, frame))
+                aside.max(arm.clearance.raised(arm.slots, compared, frame)).max(together[frame])
             };
             (0..compared.len()).map(share).collect()
         };

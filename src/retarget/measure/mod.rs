@@ -316,7 +316,7 @@ impl OfSpreadFrames {
         let compared = compare(performers, &wanted, frames);
 
         let looked_at = &compared.frames.indices;
-        let limbs = limbs.series(&compared, standing, collisions.as_ref());
+        let limbs = limbs.series(&compared, standing, (hands.as_ref(), collisions.as_ref()));
         let (flips, limits) = bends.measure(&compared);
         let worst_limb = Reading::of_worst_part(&limbs.directions, looked_at, 0.95).ok_or(NO_LIMBS);
         let findings = vec![

@@ -17,6 +17,7 @@ pub(in crate::retarget) mod filter;
 pub(in crate::retarget) mod fingers;
 pub(in crate::retarget) mod fk;
 pub(in crate::retarget) mod floor;
+pub(in crate::retarget) mod hand_contact;
 pub(in crate::retarget) mod ik;
 pub(in crate::retarget) mod joints;
 pub(in crate::retarget) mod limits;
@@ -47,6 +48,7 @@ pub use filter::{FilterKind, FilterOp, filtered};
 pub use fingers::FingersOp;
 pub use fk::{Carry, FkOp};
 pub use floor::FloorOp;
+pub use hand_contact::HandContactOp;
 pub use ik::{IkGoal, IkOp};
 pub use joints::{JointRow, JointSource, JointSpace, JointsOp};
 pub use limits::{LimitRange, LimitsOp};
@@ -117,6 +119,8 @@ registry! {
     Plant(PlantOp) = "plant",
     /// Keeps soles as far above the floor as the source's are.
     Floor(FloorOp) = "floor",
+    /// Brings hands together that touch each other.
+    HandContact(HandContactOp) = "hand_contact",
     /// Keeps hands that touch the body touching it.
     SelfContact(SelfContactOp) = "self_contact",
     /// Takes noise off rotations.

@@ -42,6 +42,17 @@ pub(in crate::retarget) fn have_driven_leg(
     targets.any(|leg| [leg.start, leg.middle].into_iter().all(&is_driven))
 }
 
+/// Whether both rigs have two arms, and the target's are driven.
+pub(in crate::retarget) fn have_driven_arms(
+    source: &Rig<'_>,
+    target: &Rig<'_>,
+    is_driven: impl Fn(usize) -> bool,
+) -> bool {
+    let arms = [Limb::LeftArm, Limb::RightArm];
+    let targets = arms.map(|limb| find_limb(limb, source, target).map(|pair| pair.target));
+    targets.iter().all(|arm| arm.is_some_and(|arm| [arm.start, arm.middle].into_iter().all(&is_driven)))
+}
+
 /// A limb of which both rigs have start, middle and end.
 fn find_limb(limb: Limb, source: &Rig<'_>, target: &Rig<'_>) -> Option<LimbPair> {
     let unit = source.unit_meters / target.unit_meters;

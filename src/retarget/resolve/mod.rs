@@ -17,7 +17,7 @@ use crate::retarget::ops::context::nothing_to_map;
 use self::{
     filled_in::filled_in,
     helpers::follow_helpers,
-    limbs::have_driven_leg,
+    limbs::{have_driven_arms, have_driven_leg},
     notes::{check_kinds, report_idle_limbs, report_loose_joints, report_rigs},
     ops::resolve_ops,
     pairs::find_pairs,
@@ -31,7 +31,7 @@ use super::ops::{
 use super::{
     mapping::{ChainPair, Ground, Mapping},
     ops::{
-        ArmClearanceOp, Carry, ContactsOp, CurvesOp, FkOp, FloorOp, IkOp, Op, PelvisOp, PlantOp,
+        ArmClearanceOp, Carry, ContactsOp, CurvesOp, FkOp, FloorOp, HandContactOp, IkOp, Op, PelvisOp, PlantOp,
         fk::{shoulders::find_shoulders, twists::find_twists},
     },
     spec::{RetargetSpec, TranslationMode},
@@ -197,6 +197,9 @@ fn default_ops(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>, pairs: &
             Op::Plant(PlantOp::default()),
             Op::Floor(FloorOp::default()),
         ]);
+    }
+    if have_driven_arms(source, target, is_driven) {
+        ops.push(Op::HandContact(HandContactOp::default()));
     }
     if spec.target.helper_joints == HelperJoints::Follow {
         ops.extend(follow_helpers(target));

@@ -376,7 +376,7 @@ const METRICS: [MetricInfo; 30] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "how far the gap between hands, or of a hand to head or shoulder, differs from the source's while it is small and steady there, in percent of the body's length; 95th percentile",
+        about: "how far the gap between hands, or of a hand to head or shoulder, is from the source's while that is small and steady, in percent of the body's length; it may grow as the body does, or as what touches is thicker, or anything between; 95th percentile",
     },
     MetricInfo {
         metric: MetricName::ReachResidual,

@@ -6,6 +6,7 @@ use glam::DMat3;
 
 use super::{
     limbs::{LimbRest, LimbSlots},
+    moved_arm::MovedArm,
     posing::Posing,
     pull::{PullStage, PulledLeg},
     ride::RideStage,
@@ -242,6 +243,16 @@ impl<'a> StackBuilder<'a> {
             align_pole: op.align_pole,
             pole_offset: op.pole_offset.to_radians(),
             is_smooth: false,
+        }
+    }
+
+    /// An arm whose wrist is moved; `turns` says whether its hand turns about it.
+    pub(in crate::retarget) fn moved_arm(&self, pair: &LimbPair, turns: bool, posing: &Posing) -> MovedArm {
+        let count = if turns { 3 } else { 2 };
+        let turned = pair.target.joints().into_iter().take(count);
+        MovedArm {
+            limb: self.solved_limb(pair, &IkOp::default(), posing),
+            changed: turned.map(|joint| Changed { joint, rotates: true, moves: false }).collect(),
         }
     }
 

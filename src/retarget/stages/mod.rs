@@ -6,6 +6,7 @@ pub(in crate::retarget) mod clock;
 pub(in crate::retarget) mod contact_points;
 pub(in crate::retarget) mod gaps;
 pub(in crate::retarget) mod limbs;
+pub(in crate::retarget) mod moved_arm;
 pub(in crate::retarget) mod posed;
 pub(in crate::retarget) mod posing;
 pub(in crate::retarget) mod pull;

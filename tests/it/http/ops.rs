@@ -39,6 +39,7 @@ async fn every_op_can_be_asked_for() {
             {"op": "joints", "rows": [{"source": "head", "target": "head", "rotation_gain": 0.5}]},
             {"op": "reach", "goals": [{"end": "left_hand", "depth": 6, "weight": 0.2}]},
             {"op": "arm_clearance", "depth": 0.02, "max_degrees": 20, "mask": ["left_arm"]},
+            {"op": "hand_contact", "reach": 0.2, "mask": ["left_arm", "right_arm"]},
             {"op": "arm_spacing", "degrees": 4},
             {"op": "fingers", "curl": 0.5},
             {"op": "additive_pose", "degrees": {"neck": [0, 0, 3]}},

@@ -24,7 +24,7 @@ const MIN_RECALL: f64 = 0.9;
 const MAX_DEEPER: f64 = 2.5e-4;
 
 /// Names of the joints of a body.
-struct Names {
+pub(super) struct Names {
     pelvis: &'static str,
     chest: &'static str,
     head: &'static str,
@@ -33,7 +33,7 @@ struct Names {
     legs: [[&'static str; 3]; 2],
 }
 
-const MIXAMO: Names = Names {
+pub(super) const MIXAMO: Names = Names {
     pelvis: "mixamorig:Hips",
     chest: "mixamorig:Spine2",
     head: "mixamorig:Head",
@@ -47,7 +47,7 @@ const MIXAMO: Names = Names {
     ],
 };
 
-const UNREAL: Names = Names {
+pub(super) const UNREAL: Names = Names {
     pelvis: "pelvis",
     chest: "spine_05",
     head: "head",
@@ -59,8 +59,8 @@ const UNREAL: Names = Names {
 };
 
 /// A body of known thickness.
-struct Body {
-    scene: Scene,
+pub(super) struct Body {
+    pub(super) scene: Scene,
     names: &'static Names,
     hips: f64,
     upper_arm: f64,
@@ -70,7 +70,7 @@ struct Body {
 
 impl Body {
     /// `stout` is how many times as thick as usual it is.
-    fn new(mut scene: Scene, names: &'static Names, stout: f64) -> Self {
+    pub(super) fn new(mut scene: Scene, names: &'static Names, stout: f64) -> Self {
         let rest = world(&scene.skeleton, None);
         let joint =
             |name: &str| (0..scene.skeleton.len()).find(|&joint| scene.skeleton.label(joint) == name).expect(name);
@@ -146,7 +146,7 @@ impl Body {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Contact {
+pub(super) enum Contact {
     Hips,
     Clap,
     CrossedArms,
@@ -164,7 +164,7 @@ fn nearness(frame: usize) -> f64 {
 }
 
 /// A clip in which both hands go to where they touch, stay and come back.
-fn clip_of(body: &Body, contact: Contact) -> Clip {
+pub(super) fn clip_of(body: &Body, contact: Contact) -> Clip {
     let skeleton = &body.scene.skeleton;
     let rest = world(skeleton, None);
     let mut rotations: Vec<Vec<Quat>> = vec![Vec::new(); skeleton.len()];
@@ -266,6 +266,15 @@ fn retargeted(spec: &str, source: &Scene, clip: &Clip, target: &Scene) -> Clip {
     let Resolved { mapping, ops, .. } = resolve(&spec, &source, &target, clip, &mut reporter).expect("a mapping");
     let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping, &ops);
     stack.run(clip, &Control::new()).expect("a result").clip
+}
+
+/// The gaps of both hands at all frames, as shares of the height.
+pub(super) fn gaps(body: &Body, contact: Contact, clip: &Clip) -> Vec<f64> {
+    let of_frame = |frame: usize| {
+        let pose = world(&body.scene.skeleton, Some((clip, frame)));
+        [0, 1].map(|arm| body.gap(contact, &pose, arm) / body.height())
+    };
+    (0..FRAMES).flat_map(of_frame).collect()
 }
 
 /// Share of the source's contacts that the target has, how many there are, and how much deeper the target's hands come.

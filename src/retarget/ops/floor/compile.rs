@@ -14,7 +14,6 @@ use crate::{
     retarget::{
         mapping::{LimbPair, Mapping},
         ops::{
-            IkOp,
             context::{Context, Limbs},
             feet::{ALIKE, size_ratio},
             op_spec::OpSpec,
@@ -331,8 +330,7 @@ fn floor_hand(stack: &StackBuilder<'_>, hand: &Hand, (carriers, carrier): (&Posi
     let of_source = reach(&stack.source_rest, &arm.source, &source);
     let height = stack.source_rest[arm.source.start].translation.dot(up) - stack.ground().source_rest_floor;
     FloorHand {
-        arm: stack.solved_limb(arm, &IkOp::default(), &target.posing),
-        changed: hand.turned().map(|joint| Changed { joint, rotates: true, moves: false }).collect(),
+        arm: stack.moved_arm(arm, hand.turns, &target.posing),
         carrier: carriers.slot(carrier),
         reach: to_arm + reach(&stack.target_rest, &arm.target, &target),
         hangs: (height - of_source) / stack.legs().0,

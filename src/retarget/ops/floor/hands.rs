@@ -4,20 +4,17 @@
 //! floor on the source would be in it on the target, or above. The wrist is moved up or down, by what the lowest point of hand and fingers is
 //! off by, and the elbow bends; the hand keeps its turn. Hands in the air are only kept out of the floor.
 
-use glam::DVec3;
-
 use crate::{
     model::{Canceled, rotation::smootherstep},
     retarget::{
         mapping::Ground,
         ops::schedule::Schedule,
         stages::{
+            moved_arm::MovedArm,
             posing::{Pose, Posing},
             ride::RideStage,
-            solve::{AXIS_SECONDS, Around, HINGE_WEIGHT, SolvedLimb},
             stage::Stage,
-            temporal::smoothed,
-            work::{Change, Changed, Goal, Work},
+            work::Work,
         },
     },
 };
@@ -59,9 +56,7 @@ pub(in crate::retarget) struct HandStage {
 #[derive(Clone, Debug)]
 pub(in crate::retarget) struct FloorHand {
     /// The arm of the target, by slots of the target's surface.
-    pub(in crate::retarget) arm: SolvedLimb,
-    /// Upper arm and forearm, and the hand where it turns about its wrist.
-    pub(in crate::retarget) changed: Vec<Changed>,
+    pub(in crate::retarget) arm: MovedArm,
     pub(in crate::retarget) source: Surface,
     pub(in crate::retarget) target: Surface,
     /// Slot of a joint that carries the arm in the stage's posing, and how far below that the hand can be.
@@ -147,58 +142,6 @@ impl HandStage {
     }
 }
 
-impl FloorHand {
-    /// What the wrist reaches for that is moved up by so much; the hand keeps its turn.
-    fn goal(&self, pose: &Pose, up: DVec3) -> Goal {
-        let [start, middle, end] = self.arm.slots.places(pose);
-        let length = start.distance(middle) + middle.distance(end);
-        Goal {
-            position: end + up,
-            rotation: pose.model[self.arm.slots.end].rotation,
-            extension: start.distance(end) / length.max(f64::MIN_POSITIVE),
-            ..Goal::default()
-        }
-    }
-
-    /// About which axes the arm bends, frame by frame: an arm that is nearly straight does not say it, as a knee does not. Smooth in the
-    /// model, since what an arm rolls, its forearm rolls back.
-    fn axes(&self, work: &Work<'_>) -> Result<Vec<DVec3>, Canceled> {
-        let (posing, start) = (&self.target.posing, self.arm.slots.start);
-        let fill = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
-            posing.fill_model(pose, &work.target, frame);
-            let axis = self.arm.weighted_axis(&self.arm.place(pose), &self.goal(pose, DVec3::ZERO));
-            row[0] = pose.model[start].rotation * (axis + self.arm.rest.hinge * HINGE_WEIGHT);
-        };
-        let rows = work.rows(1, || posing.pose(), fill)?;
-        Ok(smoothed(&rows, work.performed, AXIS_SECONDS))
-    }
-}
-
-impl HandStage {
-    /// Moves a hand up by so much at every frame.
-    fn raise(&self, hand: &FloorHand, moves: &[f64], work: &mut Work<'_>) -> Result<(), Canceled> {
-        let (posing, slots) = (&hand.target.posing, &hand.arm.slots);
-        let axes = hand.axes(work)?;
-        let slots = [slots.start, slots.middle, slots.end];
-        let width = hand.changed.len();
-        let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
-            if moves[frame].abs() < LITTLE_LEGS * self.target_leg {
-                let kept = |slot| posing.local_rotation(slot, &work.target, frame);
-                row.iter_mut().zip(slots).for_each(|(change, slot)| change.rotation = kept(slot));
-                return;
-            }
-            posing.fill(pose, &work.target, frame);
-            let goal = hand.goal(pose, self.ground.up * moves[frame]);
-            let axis = pose.model[hand.arm.slots.start].rotation.conjugate() * axes[frame];
-            let around = Around { axis: axis.try_normalize(), change: None };
-            row.copy_from_slice(&hand.arm.solve(posing, pose, &goal, around).changes[..width]);
-        };
-        let rows = work.rows(width, || posing.pose(), fill)?;
-        work.write_columns(&hand.changed, |frame, index| &rows[frame * width + index]);
-        Ok(())
-    }
-}
-
 impl Stage for HandStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         // On stairs and slopes nobody knows where the floor is below the hands.
@@ -214,7 +157,8 @@ impl Stage for HandStage {
             let is_near = |frame: usize| near[frame * self.hands.len() + index];
             for round in 0..ROUNDS {
                 let Some(moves) = self.moves(hand, round, is_near, work)? else { break };
-                self.raise(hand, &moves, work)?;
+                let by = |frame: usize| self.ground.up * moves[frame];
+                hand.arm.move_wrist(&hand.target.posing, by, LITTLE_LEGS * self.target_leg, work)?;
                 is_moved = true;
             }
         }

@@ -1,0 +1,74 @@
+//! An arm whose wrist is moved: the elbow bends, and the hand keeps how it is turned.
+
+use glam::DVec3;
+
+use super::{
+    posing::{Pose, Posing},
+    solve::{AXIS_SECONDS, Around, HINGE_WEIGHT, SolvedLimb},
+    temporal::smoothed,
+    work::{Change, Changed, Goal, Work},
+};
+use crate::model::Canceled;
+
+/// An arm of the target by slots of a posing, which whoever moves it has.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct MovedArm {
+    pub(in crate::retarget) limb: SolvedLimb,
+    /// Upper arm and forearm, and the hand where it turns about its wrist.
+    pub(in crate::retarget) changed: Vec<Changed>,
+}
+
+impl MovedArm {
+    /// What the wrist reaches for that is moved by so much.
+    fn goal(&self, pose: &Pose, by: DVec3) -> Goal {
+        let [start, middle, end] = self.limb.slots.places(pose);
+        let length = start.distance(middle) + middle.distance(end);
+        Goal {
+            position: end + by,
+            rotation: pose.model[self.limb.slots.end].rotation,
+            extension: start.distance(end) / length.max(f64::MIN_POSITIVE),
+            ..Goal::default()
+        }
+    }
+
+    /// About which axes the arm bends, frame by frame: an arm that is nearly straight does not say it, as a knee does not. Smooth in the
+    /// model, since what an arm rolls, its forearm rolls back.
+    fn axes(&self, posing: &Posing, work: &Work<'_>) -> Result<Vec<DVec3>, Canceled> {
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
+            posing.fill_model(pose, &work.target, frame);
+            let axis = self.limb.weighted_axis(&self.limb.place(pose), &self.goal(pose, DVec3::ZERO));
+            row[0] = pose.model[self.limb.slots.start].rotation * (axis + self.limb.rest.hinge * HINGE_WEIGHT);
+        };
+        let rows = work.rows(1, || posing.pose(), fill)?;
+        Ok(smoothed(&rows, work.performed, AXIS_SECONDS))
+    }
+
+    /// Moves the wrist by so much at every frame, in plan units; where that is less than `little`, the arm stays as it is.
+    pub(in crate::retarget) fn move_wrist(
+        &self,
+        posing: &Posing,
+        by: impl Fn(usize) -> DVec3 + Sync + Send,
+        little: f64,
+        work: &mut Work<'_>,
+    ) -> Result<(), Canceled> {
+        let axes = self.axes(posing, work)?;
+        let slots = [self.limb.slots.start, self.limb.slots.middle, self.limb.slots.end];
+        let width = self.changed.len();
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
+            let by = by(frame);
+            if by.length_squared() < little * little {
+                let kept = |slot| posing.local_rotation(slot, &work.target, frame);
+                row.iter_mut().zip(slots).for_each(|(change, slot)| change.rotation = kept(slot));
+                return;
+            }
+            posing.fill(pose, &work.target, frame);
+            let goal = self.goal(pose, by);
+            let axis = pose.model[self.limb.slots.start].rotation.conjugate() * axes[frame];
+            let around = Around { axis: axis.try_normalize(), change: None };
+            row.copy_from_slice(&self.limb.solve(posing, pose, &goal, around).changes[..width]);
+        };
+        let rows = work.rows(width, || posing.pose(), fill)?;
+        work.write_columns(&self.changed, |frame, index| &rows[frame * width + index]);
+        Ok(())
+    }
+}
