@@ -4,9 +4,11 @@
 
 mod chord;
 mod compile;
+mod cuts;
 mod direct;
 mod drivers;
 mod explain;
+mod joined;
 mod lanes;
 mod looped;
 pub(in crate::retarget) mod mapping;
@@ -26,6 +28,7 @@ mod workspace;
 
 pub use drivers::{JointDriver, joint_drivers};
 pub use explain::{DriverKind, JointExplanation, explain_joint};
+pub(crate) use joined::{add_limited, add_reaches};
 pub use mapping::{
     ChainPair, Chord, ChordCorrection, CrotchRule, Drive, FurtherChain, Ground, LimbPair, Mapping, PelvisPair,
     PelvisPosition, ShoulderPair, Spacing, TwistAgainst, TwistPair,

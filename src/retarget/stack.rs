@@ -9,6 +9,8 @@ use std::sync::Arc;
 
 use super::{
     Plan,
+    cuts::Cuts,
+    joined::joined,
     looped::{Loops, Surrounded},
     mapping::{LimbPair, Mapping},
     ops::{resolved::ResolvedOps, scale_source::ScaledSource},
@@ -22,7 +24,7 @@ use super::{
         work::Work,
     },
 };
-use crate::model::{Clip, Control, JointContacts, Skeleton};
+use crate::model::{Clip, Control, JointContacts, Skeleton, Transform};
 
 /// A compiled retarget with all its ops: forward kinematics, then stages.
 #[derive(Clone, Debug)]
@@ -36,6 +38,9 @@ pub struct Stack {
     meters_per_unit: f64,
     /// Nothing where no stage looks at more than a frame.
     loops: Option<Loops>,
+    cuts: Option<Cuts>,
+    /// Of the target's joints.
+    rest: Vec<Transform>,
 }
 
 impl Stack {
@@ -50,8 +55,11 @@ impl Stack {
         builder.close();
         let up = mapping.plan_from_source.rotation.conjugate() * mapping.ground.up;
         let loops = if builder.stages.is_empty() { None } else { Loops::new(source, mapping, up) };
+        let cuts = if builder.stages.is_empty() { None } else { Cuts::new(source, mapping) };
         Self {
             loops,
+            cuts,
+            rest: target.joints().iter().map(|joint| joint.rest).collect(),
             plan: Plan::new(source, target, mapping),
             source: ops.source_scale.map(|scale| ScaledSource::new(scale, source)),
             stages: builder.stages,
@@ -74,6 +82,10 @@ impl Stack {
     pub fn run(&self, clip: &Clip, control: &Control) -> Result<StackResult, RunError> {
         let scaled = self.source.as_ref().map(|source| source.apply(clip, control)).transpose()?;
         let clip = scaled.as_ref().unwrap_or(clip);
+        let cuts = self.cuts.as_ref().map_or_else(Vec::new, |cuts| cuts.find(clip));
+        if !cuts.is_empty() {
+            return self.run_parts(clip, &cuts, control);
+        }
         let loops = self.loops.as_ref().and_then(|loops| Some((loops, loops.find(clip)?)));
         if let Some(Surrounded { clip, clock }) = loops.and_then(|(loops, found)| loops.around(clip, &found).ok()) {
             match self.run_on(&clip, clock, control) {
@@ -83,6 +95,20 @@ impl Stack {
             }
         }
         self.run_on(clip, Clock::of_clip(clip.frame_count()), control)
+    }
+
+    /// Retargets what is between cuts as if the rest were not there.
+    fn run_parts(&self, clip: &Clip, cuts: &[usize], control: &Control) -> Result<StackResult, RunError> {
+        let ends = cuts.iter().copied().chain([clip.frame_count()]);
+        let mut first = 0;
+        let mut parts = Vec::with_capacity(cuts.len() + 1);
+        for end in ends {
+            let frames = std::mem::replace(&mut first, end)..end;
+            parts.push(self.run_on(&clip.section(frames.clone()), Clock::of_part(&frames), control)?);
+        }
+        let result = joined(parts, &self.rest)?;
+        let touching = self.touching(&result.contacts);
+        Ok(StackResult { clip: result.clip.with_contacts(touching)?, ..result })
     }
 
     /// Retargets the frames of a clip that a clock says.

@@ -5,6 +5,7 @@ mod animals;
 mod arm_clearance;
 mod bodies;
 mod creatures;
+mod cuts;
 mod determinism;
 mod feet;
 pub(crate) mod figure;

@@ -1,6 +1,6 @@
 //! What is found out section by section, put together.
 
-use crate::retarget::{LimbReach, LimitedJoint, Measures};
+use crate::retarget::{LimbReach, LimitedJoint, Measures, add_limited, add_reaches};
 
 use super::layout::Section;
 
@@ -36,18 +36,8 @@ impl Found {
             measures.frames_measured = measures.frames_measured.min(self.clip_frames);
             measures.curves.clear();
         }
-        for reach in reaches {
-            match self.reaches.iter_mut().find(|known| known.limb == reach.limb) {
-                Some(known) => *known = known.clone().with_section(&reach, first, [self.frames, frames]),
-                None => self.reaches.push(reach),
-            }
-        }
-        for joint in limited {
-            match self.limited.iter_mut().find(|known| known.joint == joint.joint) {
-                Some(known) => *known = known.with_section(joint, first),
-                None => self.limited.push(LimitedJoint { worst_frame: joint.worst_frame + first, ..joint }),
-            }
-        }
+        add_reaches(&mut self.reaches, reaches, first, [self.frames, frames]);
+        add_limited(&mut self.limited, limited, first);
         self.frames += frames;
     }
 }

@@ -60,6 +60,7 @@ documents![
     "docs/algorithm/contacts.md",
     "docs/algorithm/soles.md",
     "docs/algorithm/legs.md",
+    "docs/algorithm/cuts.md",
     "docs/algorithm/loops.md",
     "docs/algorithm/joints.md",
     "docs/algorithm/body.md",

@@ -75,6 +75,7 @@ use self::{
 };
 use super::LimbReach;
 use super::{
+    cuts::Cuts,
     mapping::Mapping,
     spec::{MetricName, ReportChoice, ReportDetail},
 };
@@ -181,12 +182,14 @@ pub fn measure(
         source: Performer { rig: source, rest: &mapping.source_rest, clip: source_clip },
         target: Performer { rig: target, rest: &mapping.target_rest, clip: result },
     };
+    let cuts = Cuts::new(source.skeleton(), mapping).map_or_else(Vec::new, |cuts| cuts.find(source_clip));
     let spread = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBORS) };
-    let every = OfEveryFrame::measure(&performers, sizes, Frames::all(count));
-    let spread = OfSpreadFrames::measure(&performers, &sizes, mapping, (&every.flat, &every.resting), spread);
+    let every = OfEveryFrame::measure(&performers, sizes, Frames::all(count).cut_at(&cuts));
+    let standing = (&every.flat, &every.resting);
+    let spread = OfSpreadFrames::measure(&performers, &sizes, mapping, standing, spread.cut_at(&cuts));
 
     let looked_at = &spread.compared.frames.indices;
-    let (continuity, jumps) = rotation_steps(mapping, (source.skeleton(), source_clip), (target, result));
+    let (continuity, jumps) = rotation_steps(mapping, (source.skeleton(), source_clip), (target, result), &cuts);
     let drift = bone_length_drift(mapping, target.skeleton(), result, looked_at);
     let value = |finding: &Finding| finding.as_ref().map_or(0.0, |reading| rounded(reading.value));
     let all_directions = percentile_finding(&spread.limbs.directions, looked_at, NO_LIMBS);

@@ -116,6 +116,18 @@ impl Frames {
         }
         Self { indices, runs: ranges }
     }
+
+    /// The same, where frames on both sides of a cut are no neighbors. `cuts` are the frames behind them, rising.
+    pub(super) fn cut_at(mut self, cuts: &[usize]) -> Self {
+        for cut in cuts {
+            let place = self.indices.partition_point(|frame| frame < cut);
+            let Some(run) = self.runs.iter().position(|run| run.start < place && place < run.end) else { continue };
+            let before = self.runs[run].start..place;
+            self.runs[run].start = place;
+            self.runs.insert(run, before);
+        }
+        self
+    }
 }
 
 /// One side's points and turns at some frames.

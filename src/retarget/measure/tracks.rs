@@ -47,11 +47,13 @@ pub(super) fn bone_length_drift(mapping: &Mapping, skeleton: &Skeleton, result: 
     Ok(reading)
 }
 
-/// Keys on opposite hemispheres, and jumps that the source does not have.
+/// Keys on opposite hemispheres, and jumps that the source does not have. Whoever is elsewhere behind a cut has not jumped; `cuts` are the frames
+/// behind them.
 pub(super) fn rotation_steps(
     mapping: &Mapping,
     (source, source_clip): (&Skeleton, &Clip),
     (target, result): (&Rig<'_>, &Clip),
+    cuts: &[usize],
 ) -> (Finding, Finding) {
     let (mut continuity, mut jumps) = (Reading::default(), Reading::default());
     let mut drivers: Option<Vec<Vec<usize>>> = None;
@@ -72,7 +74,7 @@ pub(super) fn rotation_steps(
                     continuity.worst.push((frame + 1, joint, String::new(), 1.0));
                 }
             }
-            if cosine.abs() >= least_cosine || !is_visible[joint] {
+            if cosine.abs() >= least_cosine || !is_visible[joint] || cuts.contains(&(frame + 1)) {
                 continue;
             }
             let own = step_degrees(rotations, frame);

@@ -18,7 +18,7 @@ use self::{
     filled_in::filled_in,
     helpers::follow_helpers,
     limbs::{have_driven_arms, have_driven_leg},
-    notes::{check_kinds, report_idle_limbs, report_loose_joints, report_rigs},
+    notes::{check_kinds, report_cuts, report_idle_limbs, report_loose_joints, report_rigs},
     ops::resolve_ops,
     pairs::find_pairs,
 };
@@ -29,6 +29,7 @@ use super::ops::{
     pelvis::resolve::{resolve_pelvis, resolve_top},
 };
 use super::{
+    cuts::Cuts,
     mapping::{ChainPair, Ground, Mapping},
     ops::{
         ArmClearanceOp, Carry, ContactsOp, CurvesOp, FkOp, FloorOp, HandContactOp, IkOp, Op, PelvisOp, PlantOp,
@@ -131,6 +132,9 @@ pub fn resolve(
         follow_bodies(&ops, source, target, clip, &mut mapping, reporter);
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
+    if let Some(cuts) = Cuts::new(source.skeleton(), &mapping).filter(|_| !resolved.ops.is_empty()) {
+        report_cuts(&cuts.find(clip), reporter);
+    }
     let spec = filled_in(spec, source, target, &found, &mapping, ops);
     Ok(Resolved { mapping, ops: resolved, spec, alignment })
 }

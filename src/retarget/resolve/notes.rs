@@ -128,6 +128,22 @@ pub(in crate::retarget) fn report_idle_limbs(
     );
 }
 
+/// Tells where a clip is cut. `cuts` are the frames behind that.
+pub(in crate::retarget) fn report_cuts(cuts: &[usize], reporter: &mut Reporter) {
+    let Some(first) = cuts.first() else { return };
+    let more = if cuts.len() > 1 { format!(", and {} times more", cuts.len() - 1) } else { String::new() };
+    reporter.warn(
+        "clip_cut",
+        "source",
+        format!(
+            "from frame {} to frame {first} the whole body jumps, as it does behind a rest pose or where takes meet{more}; what is before and \
+             behind is moved as clips of their own",
+            first - 1
+        ),
+        "cut off what does not belong to the motion, with edit.range",
+    );
+}
+
 /// Tells which joints ride the nearest part of the body because they hang from nothing that moves.
 pub(in crate::retarget) fn report_loose_joints(target: &Rig<'_>, loose: &[Ride], reporter: &mut Reporter) {
     if loose.is_empty() {

@@ -11,18 +11,25 @@ pub(in crate::retarget) struct Clock {
     shown: Vec<usize>,
     /// After so many frames the clip begins again; nothing where it does not.
     period: Option<usize>,
+    /// How many frames of a longer clip are before this one, which is a part of it.
+    before: usize,
 }
 
 impl Clock {
     /// The clip as it is.
     pub(in crate::retarget) const fn of_clip(frames: usize) -> Self {
-        Self { own: 0..frames, shown: Vec::new(), period: None }
+        Self { own: 0..frames, shown: Vec::new(), period: None, before: 0 }
+    }
+
+    /// A part of a clip.
+    pub(in crate::retarget) const fn of_part(frames: &Range<usize>) -> Self {
+        Self { own: 0..frames.end - frames.start, shown: Vec::new(), period: None, before: frames.start }
     }
 
     /// A clip that begins again after `period` frames. `shown` has one entry per frame: which one of the clip it shows. Of `own` these are all in
     /// turn.
     pub(in crate::retarget) const fn repeated(own: Range<usize>, shown: Vec<usize>, period: usize) -> Self {
-        Self { own, shown, period: Some(period) }
+        Self { own, shown, period: Some(period), before: 0 }
     }
 
     /// After how many frames the clip begins again; nothing where it does not.
@@ -35,9 +42,10 @@ impl Clock {
         self.own.clone()
     }
 
-    /// The frame of the clip that is shown.
-    pub(in crate::retarget) fn clip_frame(&self, frame: usize) -> usize {
-        self.shown.get(frame).copied().unwrap_or(frame)
+    /// The frame of the clip that is shown, and which of the frames that are the clip that is.
+    pub(in crate::retarget) fn clip_frame(&self, frame: usize) -> (usize, usize) {
+        let own = self.shown.get(frame).copied().unwrap_or(frame);
+        (self.before + own, self.own.start + own)
     }
 }
 

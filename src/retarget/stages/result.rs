@@ -72,6 +72,11 @@ impl LimbReach {
 /// More than this counts as out of reach.
 const OUT_OF_REACH_METERS: f64 = 1e-3;
 
+/// The times of the first and the last frame of contacts.
+pub(in crate::retarget) fn seconds_of(touches: &[bool], times: &[f64]) -> Vec<[f64; 2]> {
+    runs(touches).into_iter().map(|(first, last)| [times[first], times[last]]).collect()
+}
+
 /// `limbs` are the names of the mapping's limbs.
 pub(in crate::retarget) fn tell(
     work: &Work<'_>,
@@ -83,7 +88,7 @@ pub(in crate::retarget) fn tell(
     let mut contacts = BTreeMap::new();
     for point in &work.contacts.points {
         let touches = point.touches[own.clone()].to_vec();
-        let seconds = runs(&touches).into_iter().map(|(first, last)| [times[first], times[last]]).collect();
+        let seconds = seconds_of(&touches, times);
         contacts.insert(point.name, ContactTrack { point: point.name.to_owned(), seconds, touches });
     }
     let reach = |(index, limb): (usize, &&str)| {

@@ -142,8 +142,8 @@ impl Work<'_> {
 
     /// The frame of the clip that a frame shows, and its time: schedules and spans of seconds are about the clip.
     pub(in crate::retarget) fn moment(&self, frame: usize) -> Moment {
-        let own = self.clock.clip_frame(frame);
-        Moment { frame: own, seconds: self.times[self.clock.own().start + own] }
+        let (frame, own) = self.clock.clip_frame(frame);
+        Moment { frame, seconds: self.times[own] }
     }
 
     pub(in crate::retarget) fn frame_count(&self) -> usize {

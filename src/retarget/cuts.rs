@@ -1,0 +1,214 @@
+//! Where a clip is cut: from one frame to the next the whole body is elsewhere. (docs/algorithm/cuts.md.)
+//!
+//! Captures often begin with a rest pose for one frame, and takes are put one behind the other. Stages smooth over time and lead feet to where
+//! they will stand; across a cut that draws the figure from one place to the other. So what is between cuts is worked on as a clip of its own.
+
+use std::ops::Range;
+
+use glam::DQuat;
+use rayon::prelude::*;
+
+use super::{
+    mapping::Mapping,
+    stages::{posing::Posing, work::CHUNK_FRAMES},
+};
+use crate::model::{Clip, JointTracks, Skeleton};
+
+/// What moves farther within a frame, in legs, and faster, in legs a second, is cut.
+const MOVED_LEGS: f64 = 0.5;
+const LEGS_PER_SECOND: f64 = 12.0;
+/// So is a body of which so many bones turn by more against their parents, and faster.
+const TURNED: usize = 2;
+const TURNED_RADIANS: f64 = 0.7;
+const RADIANS_PER_SECOND: f64 = 15.0;
+/// The steps before and behind a cut are smaller than this share of it: fast motions begin and end over some frames.
+const BESIDE: f64 = 0.15;
+/// A clip with more cuts than two and this many in a second is one of held poses, and not cut at all.
+const PER_SECOND: f64 = 0.5;
+
+/// Finds cuts of the source.
+#[derive(Clone, Debug)]
+pub(super) struct Cuts {
+    posing: Posing,
+    pelvis: usize,
+    bones: Vec<usize>,
+    /// Length of its legs, plan units.
+    leg: f64,
+}
+
+impl Cuts {
+    /// Nothing for sources whose pelvis or legs are not mapped.
+    pub(super) fn new(source: &Skeleton, mapping: &Mapping) -> Option<Self> {
+        let pelvis = mapping.pelvis?.source;
+        let limbs = mapping.limbs.iter().flat_map(|pair| [pair.source.start, pair.source.middle]);
+        let bones: Vec<usize> = limbs.collect();
+        let place = |joint: usize| mapping.source_rest.transforms()[joint].translation * mapping.plan_from_source.scale;
+        let leg = mapping.limbs.iter().find(|pair| pair.limb.is_leg()).map(|pair| pair.source)?;
+        let leg = place(leg.start).distance(place(leg.middle)) + place(leg.middle).distance(place(leg.end));
+        if leg <= 0.0 {
+            return None;
+        }
+        let posing = Posing::new(source, mapping.plan_from_source, bones.iter().copied().chain([pelvis]));
+        let bones = bones.iter().map(|bone| posing.slot(*bone)).collect();
+        Some(Self { pelvis: posing.slot(pelvis), bones, posing, leg })
+    }
+
+    /// The frames with which something else begins, rising; none where the clip is whole.
+    pub(super) fn find(&self, clip: &Clip) -> Vec<usize> {
+        let (frames, performed) = (clip.frame_count(), clip.performed_seconds());
+        let chunks: Vec<usize> = (1..frames).step_by(CHUNK_FRAMES).collect();
+        let steps = |first: &usize| self.steps(clip.joints(), &performed, *first..(first + CHUNK_FRAMES).min(frames));
+        // Of each frame the step to it from the one before.
+        let steps: Vec<f64> =
+            std::iter::once(0.0).chain(chunks.par_iter().flat_map_iter(steps).collect::<Vec<f64>>()).collect();
+        let is_small = |frame: usize, beside: f64| steps.get(frame).is_none_or(|step| *step < BESIDE * beside);
+        let is_cut = |frame: &usize| {
+            steps[*frame] >= 1.0 && is_small(frame - 1, steps[*frame]) && is_small(frame + 1, steps[*frame])
+        };
+        let cuts: Vec<usize> = (1..frames).filter(is_cut).collect();
+        let seconds = performed[frames - 1] - performed[0];
+        if cuts.len() as f64 > 2.0 + PER_SECOND * seconds { Vec::new() } else { cuts }
+    }
+
+    /// How large the steps to some frames are: 1 and more where they may be cuts.
+    fn steps(&self, source: &[JointTracks], seconds: &[f64], frames: Range<usize>) -> Vec<f64> {
+        let mut pose = self.posing.pose();
+        self.posing.fill(&mut pose, source, frames.start - 1);
+        let mut place = pose.model[self.pelvis].translation;
+        let mut turned: Vec<DQuat> = self.bones.iter().map(|bone| pose.local[*bone].rotation).collect();
+        let step = |frame: usize| {
+            self.posing.fill(&mut pose, source, frame);
+            let now = pose.model[self.pelvis].translation;
+            let moved = std::mem::replace(&mut place, now).distance(now) / self.leg;
+            // Cosines of half the largest angles.
+            let mut least = [1.0_f64; TURNED];
+            for (before, bone) in turned.iter_mut().zip(&self.bones) {
+                let now = pose.local[*bone].rotation;
+                let mut cosine = std::mem::replace(before, now).dot(now).abs();
+                for kept in &mut least {
+                    (*kept, cosine) = (kept.min(cosine), kept.max(cosine));
+                }
+            }
+            let turned = 2.0 * least[TURNED - 1].min(1.0).acos();
+            let passed = (seconds[frame] - seconds[frame - 1]).max(f64::MIN_POSITIVE);
+            let size = |amount: f64, least: f64, speed: f64| (amount / least).min(amount / passed / speed);
+            size(moved, MOVED_LEGS, LEGS_PER_SECOND).max(size(turned, TURNED_RADIANS, RADIANS_PER_SECOND))
+        };
+        frames.map(step).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::{
+        model::{Reporter, Scene, Track},
+        retarget::{RetargetSpec, resolve},
+        rig::Rig,
+        samples,
+    };
+
+    /// The cuts of the sample walk after a change of the values of a joint's tracks, by name, at a frame.
+    fn cuts(change: impl Fn(&str, usize, &mut DQuat, &mut Vec3)) -> Vec<usize> {
+        let scene = samples::walk_scene();
+        let mut clip = scene.clips[0].section(0..60);
+        let joints = clip.joints().iter().zip(scene.skeleton.joints()).map(|(tracks, joint)| {
+            let value = |frame: usize| {
+                let mut rotation = tracks.rotation.at(frame, joint.rest.rotation.as_quat()).as_dquat();
+                let mut translation = tracks.translation.at(frame, joint.rest.translation.as_vec3());
+                change(&joint.name, frame, &mut rotation, &mut translation);
+                (rotation.as_quat(), translation)
+            };
+            let (rotations, translations) = (0..60).map(value).unzip();
+            JointTracks {
+                rotation: Track::Sampled(rotations),
+                translation: Track::Sampled(translations),
+                scale: tracks.scale.clone(),
+            }
+        });
+        clip = clip.clone().with_joints(joints.collect()).expect("a clip");
+        find(&scene, &clip)
+    }
+
+    fn find(scene: &Scene, clip: &Clip) -> Vec<usize> {
+        let spec = RetargetSpec::default();
+        let rig = |side| Rig::new(side, scene, None, &spec.source, &mut Reporter::new()).expect("a rig");
+        let resolved =
+            resolve(&spec, &rig("source"), &rig("target"), &scene.clips[0], &mut Reporter::new()).expect("it maps");
+        Cuts::new(&scene.skeleton, &resolved.mapping).expect("a body").find(clip)
+    }
+
+    const ARMS: [&str; 2] = ["mixamorig:LeftArm", "mixamorig:RightArm"];
+
+    /// Both arms raised by so many degrees.
+    fn raise(name: &str, rotation: &mut DQuat, degrees: f64) {
+        if ARMS.contains(&name) {
+            *rotation *= DQuat::from_rotation_x(degrees.to_radians());
+        }
+    }
+
+    #[test]
+    fn poses_that_jump_are_cut() {
+        assert_eq!(cuts(|_, _, _, _| {}), Vec::<usize>::new(), "a walk");
+        assert_eq!(
+            cuts(|name, frame, rotation, _| if frame == 0 {
+                raise(name, rotation, 60.0)
+            }),
+            [1],
+            "its first frame"
+        );
+        assert_eq!(
+            cuts(|name, frame, rotation, _| if frame == 59 {
+                raise(name, rotation, 60.0)
+            }),
+            [59],
+            "its last"
+        );
+        assert_eq!(
+            cuts(|name, frame, rotation, _| if frame >= 30 {
+                raise(name, rotation, 60.0)
+            }),
+            [30],
+            "two takes"
+        );
+        let put_elsewhere = |name: &str, frame: usize, _: &mut DQuat, place: &mut Vec3| {
+            if name == "mixamorig:Hips" && frame >= 20 {
+                place.x += if frame >= 40 { 4.0 } else { 1.0 };
+            }
+        };
+        assert_eq!(cuts(put_elsewhere), [20, 40], "a figure that is put elsewhere");
+    }
+
+    #[test]
+    fn what_moves_fast_is_not_cut() {
+        let swing = |name: &str, frame: usize, rotation: &mut DQuat, _: &mut Vec3| {
+            raise(name, rotation, [0.0, 15.0, 70.0, 85.0][frame.saturating_sub(20).min(3)]);
+        };
+        assert_eq!(cuts(swing), Vec::<usize>::new(), "arms that are thrown up");
+        assert_eq!(
+            cuts(|name, frame, rotation, _| if frame == 30 {
+                raise(name, rotation, 60.0)
+            }),
+            Vec::<usize>::new(),
+            "a frame of noise"
+        );
+        let one_arm = |name: &str, frame: usize, rotation: &mut DQuat, _: &mut Vec3| {
+            if name == ARMS[0] && frame >= 30 {
+                raise(name, rotation, 60.0);
+            }
+        };
+        assert_eq!(cuts(one_arm), Vec::<usize>::new(), "one bone");
+        let held = |name: &str, frame: usize, rotation: &mut DQuat, _: &mut Vec3| {
+            raise(name, rotation, if frame / 10 % 2 == 1 { 60.0 } else { 0.0 });
+        };
+        assert_eq!(cuts(held), Vec::<usize>::new(), "poses that are held");
+    }
+
+    #[test]
+    fn one_frame_has_no_cut() {
+        let scene = samples::walk_scene();
+        assert_eq!(find(&scene, &scene.clips[0].section(5..6)), Vec::<usize>::new());
+    }
+}
