@@ -149,30 +149,17 @@ mod tests {
         }
     }
 
+    /// The cuts of a walk whose arms are raised at some frames.
+    fn cuts_raised(is_raised: impl Fn(usize) -> bool) -> Vec<usize> {
+        cuts(|name, frame, rotation, _| raise(name, rotation, if is_raised(frame) { 60.0 } else { 0.0 }))
+    }
+
     #[test]
     fn poses_that_jump_are_cut() {
         assert_eq!(cuts(|_, _, _, _| {}), Vec::<usize>::new(), "a walk");
-        assert_eq!(
-            cuts(|name, frame, rotation, _| if frame == 0 {
-                raise(name, rotation, 60.0)
-            }),
-            [1],
-            "its first frame"
-        );
-        assert_eq!(
-            cuts(|name, frame, rotation, _| if frame == 59 {
-                raise(name, rotation, 60.0)
-            }),
-            [59],
-            "its last"
-        );
-        assert_eq!(
-            cuts(|name, frame, rotation, _| if frame >= 30 {
-                raise(name, rotation, 60.0)
-            }),
-            [30],
-            "two takes"
-        );
+        assert_eq!(cuts_raised(|frame| frame == 0), [1], "its first frame");
+        assert_eq!(cuts_raised(|frame| frame == 59), [59], "its last");
+        assert_eq!(cuts_raised(|frame| frame >= 30), [30], "two takes");
         let put_elsewhere = |name: &str, frame: usize, _: &mut DQuat, place: &mut Vec3| {
             if name == "mixamorig:Hips" && frame >= 20 {
                 place.x += if frame >= 40 { 4.0 } else { 1.0 };
@@ -187,23 +174,14 @@ mod tests {
             raise(name, rotation, [0.0, 15.0, 70.0, 85.0][frame.saturating_sub(20).min(3)]);
         };
         assert_eq!(cuts(swing), Vec::<usize>::new(), "arms that are thrown up");
-        assert_eq!(
-            cuts(|name, frame, rotation, _| if frame == 30 {
-                raise(name, rotation, 60.0)
-            }),
-            Vec::<usize>::new(),
-            "a frame of noise"
-        );
+        assert_eq!(cuts_raised(|frame| frame == 30), Vec::<usize>::new(), "a frame of noise");
         let one_arm = |name: &str, frame: usize, rotation: &mut DQuat, _: &mut Vec3| {
             if name == ARMS[0] && frame >= 30 {
                 raise(name, rotation, 60.0);
             }
         };
         assert_eq!(cuts(one_arm), Vec::<usize>::new(), "one bone");
-        let held = |name: &str, frame: usize, rotation: &mut DQuat, _: &mut Vec3| {
-            raise(name, rotation, if frame / 10 % 2 == 1 { 60.0 } else { 0.0 });
-        };
-        assert_eq!(cuts(held), Vec::<usize>::new(), "poses that are held");
+        assert_eq!(cuts_raised(|frame| frame / 10 % 2 == 1), Vec::<usize>::new(), "poses that are held");
     }
 
     #[test]
