@@ -4,7 +4,7 @@
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use retargetd::{
     model::{Clip, Control, Joint, Reporter, Scene, Skeleton, Transform},
     retarget::{Stack, parse_spec, resolve},
@@ -22,9 +22,17 @@ const DEFAULT: &str = "{}";
 const SELF_CONTACT: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts"}, {"op": "ik"}, {"op": "plant"},
     {"op": "floor"}, {"op": "self_contact"}]}"#;
 
-/// The walk over and over.
+/// The walk over and over; each time it goes on from where it got to.
 fn long_walk(clip: &Clip) -> Clip {
     use retargetd::model::{JointTracks, Track};
+    let onward = |track: &Track<Vec3>| match track {
+        Track::Sampled(values) => {
+            let way = *values.last().expect("frames") - values[0];
+            let again = |time: usize| values.iter().map(move |value| *value + way * time as f32);
+            Track::Sampled((0..REPETITIONS).flat_map(again).collect())
+        }
+        other => other.clone(),
+    };
     fn repeat<T: Copy>(track: &Track<T>) -> Track<T> {
         match track {
             Track::Sampled(values) => Track::Sampled(values.repeat(REPETITIONS)),
@@ -32,7 +40,7 @@ fn long_walk(clip: &Clip) -> Clip {
         }
     }
     let tracks = clip.joints().iter().map(|joint| JointTracks {
-        translation: repeat(&joint.translation),
+        translation: onward(&joint.translation),
         rotation: repeat(&joint.rotation),
         scale: repeat(&joint.scale),
     });

@@ -3,6 +3,7 @@
 
 #![expect(unsafe_code, reason = "whoever counts what an allocator is asked for has to be one")]
 
+use glam::Vec3;
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     sync::atomic::{AtomicUsize, Ordering},
@@ -39,7 +40,17 @@ static ALLOCATOR: Counting = Counting;
 /// More than this per frame is an allocation in the loop; a chunk of hundreds of frames may take a few.
 const MAX_PER_FRAME: f64 = 0.2;
 
+/// The walk over and over; each time it goes on from where it got to.
 fn repeated(clip: &Clip, times: usize) -> Clip {
+    let onward = |track: &Track<Vec3>| match track {
+        Track::Sampled(values) => {
+            let way = *values.last().expect("frames") - values[0];
+            Track::Sampled(
+                (0..times).flat_map(|time| values.iter().map(move |value| *value + way * time as f32)).collect(),
+            )
+        }
+        other => other.clone(),
+    };
     fn repeat<T: Copy>(track: &Track<T>, times: usize) -> Track<T> {
         match track {
             Track::Sampled(values) => Track::Sampled(values.repeat(times)),
@@ -47,7 +58,7 @@ fn repeated(clip: &Clip, times: usize) -> Clip {
         }
     }
     let tracks = clip.joints().iter().map(|joint| JointTracks {
-        translation: repeat(&joint.translation, times),
+        translation: onward(&joint.translation),
         rotation: repeat(&joint.rotation, times),
         scale: repeat(&joint.scale, times),
     });

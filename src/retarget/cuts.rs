@@ -3,14 +3,15 @@
 //! Captures often begin with a rest pose for one frame, and takes are put one behind the other. Stages smooth over time and lead feet to where
 //! they will stand; across a cut that draws the figure from one place to the other. So what is between cuts is worked on as a clip of its own.
 
-use std::ops::Range;
-
 use glam::DQuat;
 use rayon::prelude::*;
 
 use super::{
     mapping::Mapping,
-    stages::{posing::Posing, work::CHUNK_FRAMES},
+    stages::{
+        posing::{Pose, Posing},
+        work::CHUNK_FRAMES,
+    },
 };
 use crate::model::{Clip, JointTracks, Skeleton};
 
@@ -56,11 +57,12 @@ impl Cuts {
     /// The frames with which something else begins, rising; none where the clip is whole.
     pub(super) fn find(&self, clip: &Clip) -> Vec<usize> {
         let (frames, performed) = (clip.frame_count(), clip.performed_seconds());
-        let chunks: Vec<usize> = (1..frames).step_by(CHUNK_FRAMES).collect();
-        let steps = |first: &usize| self.steps(clip.joints(), &performed, *first..(first + CHUNK_FRAMES).min(frames));
         // Of each frame the step to it from the one before.
-        let steps: Vec<f64> =
-            std::iter::once(0.0).chain(chunks.par_iter().flat_map_iter(steps).collect::<Vec<f64>>()).collect();
+        let mut steps = vec![0.0; frames];
+        let scratch = || (self.posing.pose(), vec![DQuat::IDENTITY; self.bones.len()]);
+        steps[1..].par_chunks_mut(CHUNK_FRAMES).enumerate().for_each_init(scratch, |scratch, (chunk, steps)| {
+            self.fill(scratch, clip.joints(), &performed[chunk * CHUNK_FRAMES..], (chunk * CHUNK_FRAMES, steps));
+        });
         let is_small = |frame: usize, beside: f64| steps.get(frame).is_none_or(|step| *step < BESIDE * beside);
         let is_cut = |frame: &usize| {
             steps[*frame] >= 1.0 && is_small(frame - 1, steps[*frame]) && is_small(frame + 1, steps[*frame])
@@ -70,14 +72,19 @@ impl Cuts {
         if cuts.len() as f64 > 2.0 + PER_SECOND * seconds { Vec::new() } else { cuts }
     }
 
-    /// How large the steps to some frames are: 1 and more where they may be cuts.
-    fn steps(&self, source: &[JointTracks], seconds: &[f64], frames: Range<usize>) -> Vec<f64> {
-        let mut pose = self.posing.pose();
-        self.posing.fill(&mut pose, source, frames.start - 1);
+    /// How large the steps are from a frame to the ones behind it: 1 and more where they may be cuts. `seconds` begin with that frame.
+    fn fill(
+        &self,
+        (pose, turned): &mut (Pose, Vec<DQuat>),
+        source: &[JointTracks],
+        seconds: &[f64],
+        (first, steps): (usize, &mut [f64]),
+    ) {
+        self.posing.fill(pose, source, first);
         let mut place = pose.model[self.pelvis].translation;
-        let mut turned: Vec<DQuat> = self.bones.iter().map(|bone| pose.local[*bone].rotation).collect();
-        let step = |frame: usize| {
-            self.posing.fill(&mut pose, source, frame);
+        turned.iter_mut().zip(&self.bones).for_each(|(turned, bone)| *turned = pose.local[*bone].rotation);
+        for (index, step) in steps.iter_mut().enumerate() {
+            self.posing.fill(pose, source, first + index + 1);
             let now = pose.model[self.pelvis].translation;
             let moved = std::mem::replace(&mut place, now).distance(now) / self.leg;
             // Cosines of half the largest angles.
@@ -90,11 +97,10 @@ impl Cuts {
                 }
             }
             let turned = 2.0 * least[TURNED - 1].min(1.0).acos();
-            let passed = (seconds[frame] - seconds[frame - 1]).max(f64::MIN_POSITIVE);
+            let passed = (seconds[index + 1] - seconds[index]).max(f64::MIN_POSITIVE);
             let size = |amount: f64, least: f64, speed: f64| (amount / least).min(amount / passed / speed);
-            size(moved, MOVED_LEGS, LEGS_PER_SECOND).max(size(turned, TURNED_RADIANS, RADIANS_PER_SECOND))
-        };
-        frames.map(step).collect()
+            *step = size(moved, MOVED_LEGS, LEGS_PER_SECOND).max(size(turned, TURNED_RADIANS, RADIANS_PER_SECOND));
+        }
     }
 }
 

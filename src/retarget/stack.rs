@@ -55,7 +55,7 @@ impl Stack {
         builder.close();
         let up = mapping.plan_from_source.rotation.conjugate() * mapping.ground.up;
         let loops = if builder.stages.is_empty() { None } else { Loops::new(source, mapping, up) };
-        let cuts = if builder.stages.is_empty() { None } else { Cuts::new(source, mapping) };
+        let cuts = if ops.work_in_parts() { Cuts::new(source, mapping) } else { None };
         Self {
             loops,
             cuts,

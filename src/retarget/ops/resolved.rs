@@ -22,6 +22,13 @@ pub struct ResolvedOps {
     pub curves: Vec<CurveDrive>,
 }
 
+impl ResolvedOps {
+    /// Whether clips are worked on part by part where they are cut.
+    pub(in crate::retarget) fn work_in_parts(&self) -> bool {
+        !self.ops.is_empty() && !self.ops.iter().any(|op| op.work.spans_cuts())
+    }
+}
+
 /// One op behind forward kinematics.
 #[derive(Clone, Debug)]
 pub struct ResolvedOp {
@@ -86,6 +93,11 @@ pub(in crate::retarget) trait OpWork: Debug + Send + Sync {
 
     /// See [`ResolvedOp::changed`].
     fn changed(&self, op: &ResolvedOp, mapping: &Mapping) -> Vec<usize>;
+
+    /// Whether what it does behind a cut of the clip depends on what is before it: a clip is then worked on in one piece.
+    fn spans_cuts(&self) -> bool {
+        false
+    }
 
     /// Joints that it fades toward their rest pose.
     fn faded(&self) -> &[usize] {

@@ -132,7 +132,7 @@ pub fn resolve(
         follow_bodies(&ops, source, target, clip, &mut mapping, reporter);
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
-    if let Some(cuts) = Cuts::new(source.skeleton(), &mapping).filter(|_| !resolved.ops.is_empty()) {
+    if let Some(cuts) = Cuts::new(source.skeleton(), &mapping).filter(|_| resolved.work_in_parts()) {
         report_cuts(&cuts.find(clip), reporter);
     }
     let spec = filled_in(spec, source, target, &found, &mapping, ops);

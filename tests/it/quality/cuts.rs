@@ -126,6 +126,21 @@ fn frames_of_the_config_are_those_of_the_whole_clip() {
     assert_eq!(changed, (50..=60).collect::<Vec<usize>>());
 }
 
+/// The way of a figure is counted from the first frame of the clip, on both sides of a cut.
+#[test]
+fn a_root_goes_along_with_a_figure_that_is_put_elsewhere() {
+    let source = put_elsewhere(Vec3::new(3.0, 0.0, 0.0));
+    let result = onto_mannequin(
+        &source,
+        r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts"}, {"op": "root_motion", "action": "extract"}]}"#,
+    );
+    let target = samples::mannequin_scene();
+    let root = target.skeleton.find("root").expect("a root");
+    let place = |frame: usize| position(&world(&target.skeleton, Some((&result.clip, frame))), root);
+    let jump = place(FRAMES / 2).distance(place(FRAMES / 2 - 1));
+    assert!(jump > 1.0, "the root is put elsewhere, too: it goes {jump} m");
+}
+
 /// A capture whose first frame is a rest pose a meter below the others.
 #[test]
 fn knees_of_a_real_capture_do_not_fall_out_of_its_rest_pose() {

@@ -57,6 +57,8 @@ const LEVEL_REACH_METERS: f64 = 0.1;
 const LEVEL_AGREEMENT_METERS: f64 = 0.05;
 /// A heel whose level is more than this above the lowest one of its foot is raised for the whole clip, as in a dance on the toes.
 const RAISED_HEEL_METERS: f64 = 0.08;
+/// Downhill a heel that stands is higher than its toes by so much more: as ground falls below a foot of a quarter of a leg that slopes by 9°.
+const DOWNHILL_METERS: f64 = 0.04;
 /// Points of a foot that stands above the floor are so far above or below its lowest one at most: on slopes feet are tilted.
 const SLOPING_METERS: f64 = 0.08;
 /// A figure whose feet never come nearer to the floor than this, at a leg of 1 m, is in the air, however slow they are.
@@ -270,7 +272,7 @@ impl ContactStage {
         let (heel, slow) = (&tracks[index], self.op.speed_on * self.scale);
         let resting = (0..heel.heights.len()).filter(|frame| heel.speeds[*frame] < slow);
         let mut above: Vec<f64> = resting.map(|frame| heel.heights[frame] - lowest(frame)).collect();
-        median(&mut above).is_none_or(|above| above > RAISED_HEEL_METERS * self.scale)
+        median(&mut above).is_none_or(|above| above > (RAISED_HEEL_METERS + DOWNHILL_METERS) * self.scale)
     }
 
     /// `level` is the height at which the point rests; nothing where it never does.

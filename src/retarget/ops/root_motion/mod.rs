@@ -257,6 +257,11 @@ pub(in crate::retarget) struct RootMotion {
 }
 
 impl OpWork for RootMotion {
+    /// The way is counted from the first frame of the clip.
+    fn spans_cuts(&self) -> bool {
+        true
+    }
+
     fn compile(&self, op: &ResolvedOp, _following: &[ResolvedOp], stack: &mut StackBuilder<'_>) {
         stack.close();
         let stage = RootStage::new(stack, self, &op.schedule);
