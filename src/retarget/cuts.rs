@@ -3,7 +3,7 @@
 //! Captures often begin with a rest pose for one frame, and takes are put one behind the other. Stages smooth over time and lead feet to where
 //! they will stand; across a cut that draws the figure from one place to the other. So what is between cuts is worked on as a clip of its own.
 
-use glam::DQuat;
+use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use super::{
@@ -22,10 +22,19 @@ const LEGS_PER_SECOND: f64 = 12.0;
 const TURNED: usize = 2;
 const TURNED_RADIANS: f64 = 0.7;
 const RADIANS_PER_SECOND: f64 = 15.0;
+/// But for figures whose feet go nowhere, in legs: a blow that is struck within a frame is no cut, and feet that stand go on standing.
+const FOOT_LEGS: f64 = 0.06;
 /// The steps before and behind a cut are smaller than this share of it: fast motions begin and end over some frames.
 const BESIDE: f64 = 0.15;
 /// A clip with more cuts than two and this many in a second is one of held poses, and not cut at all.
 const PER_SECOND: f64 = 0.5;
+
+/// What a thread works in: where joints are at a frame, and where bones and feet were at the one before.
+struct Scratch {
+    pose: Pose,
+    turned: Vec<DQuat>,
+    feet: Vec<DVec3>,
+}
 
 /// Finds cuts of the source.
 #[derive(Clone, Debug)]
@@ -33,6 +42,7 @@ pub(super) struct Cuts {
     posing: Posing,
     pelvis: usize,
     bones: Vec<usize>,
+    feet: Vec<usize>,
     /// Length of its legs, plan units.
     leg: f64,
 }
@@ -49,9 +59,12 @@ impl Cuts {
         if leg <= 0.0 {
             return None;
         }
-        let posing = Posing::new(source, mapping.plan_from_source, bones.iter().copied().chain([pelvis]));
-        let bones = bones.iter().map(|bone| posing.slot(*bone)).collect();
-        Some(Self { pelvis: posing.slot(pelvis), bones, posing, leg })
+        let feet = mapping.limbs.iter().filter(|pair| pair.limb.is_leg()).map(|pair| pair.source.end);
+        let feet: Vec<usize> = feet.collect();
+        let joints = bones.iter().chain(&feet).copied().chain([pelvis]);
+        let posing = Posing::new(source, mapping.plan_from_source, joints);
+        let [bones, feet] = [bones, feet].map(|joints| joints.iter().map(|joint| posing.slot(*joint)).collect());
+        Some(Self { pelvis: posing.slot(pelvis), bones, feet, posing, leg })
     }
 
     /// The frames with which something else begins, rising; none where the clip is whole.
@@ -59,7 +72,11 @@ impl Cuts {
         let (frames, performed) = (clip.frame_count(), clip.performed_seconds());
         // Of each frame the step to it from the one before.
         let mut steps = vec![0.0; frames];
-        let scratch = || (self.posing.pose(), vec![DQuat::IDENTITY; self.bones.len()]);
+        let scratch = || Scratch {
+            pose: self.posing.pose(),
+            turned: vec![DQuat::IDENTITY; self.bones.len()],
+            feet: vec![DVec3::ZERO; self.feet.len()],
+        };
         steps[1..].par_chunks_mut(CHUNK_FRAMES).enumerate().for_each_init(scratch, |scratch, (chunk, steps)| {
             self.fill(scratch, clip.joints(), &performed[chunk * CHUNK_FRAMES..], (chunk * CHUNK_FRAMES, steps));
         });
@@ -75,7 +92,7 @@ impl Cuts {
     /// How large the steps are from a frame to the ones behind it: 1 and more where they may be cuts. `seconds` begin with that frame.
     fn fill(
         &self,
-        (pose, turned): &mut (Pose, Vec<DQuat>),
+        Scratch { pose, turned, feet }: &mut Scratch,
         source: &[JointTracks],
         seconds: &[f64],
         (first, steps): (usize, &mut [f64]),
@@ -83,6 +100,7 @@ impl Cuts {
         self.posing.fill(pose, source, first);
         let mut place = pose.model[self.pelvis].translation;
         turned.iter_mut().zip(&self.bones).for_each(|(turned, bone)| *turned = pose.local[*bone].rotation);
+        feet.iter_mut().zip(&self.feet).for_each(|(place, foot)| *place = pose.model[*foot].translation);
         for (index, step) in steps.iter_mut().enumerate() {
             self.posing.fill(pose, source, first + index + 1);
             let now = pose.model[self.pelvis].translation;
@@ -96,10 +114,16 @@ impl Cuts {
                     (*kept, cosine) = (kept.min(cosine), kept.max(cosine));
                 }
             }
+            let mut strode = 0.0_f64;
+            for (before, foot) in feet.iter_mut().zip(&self.feet) {
+                let now = pose.model[*foot].translation;
+                strode = strode.max(std::mem::replace(before, now).distance(now) / self.leg);
+            }
             let turned = 2.0 * least[TURNED - 1].min(1.0).acos();
             let passed = (seconds[index + 1] - seconds[index]).max(f64::MIN_POSITIVE);
             let size = |amount: f64, least: f64, speed: f64| (amount / least).min(amount / passed / speed);
-            *step = size(moved, MOVED_LEGS, LEGS_PER_SECOND).max(size(turned, TURNED_RADIANS, RADIANS_PER_SECOND));
+            let turned = size(turned, TURNED_RADIANS, RADIANS_PER_SECOND).min(strode / FOOT_LEGS);
+            *step = size(moved, MOVED_LEGS, LEGS_PER_SECOND).max(turned);
         }
     }
 }
@@ -155,9 +179,14 @@ mod tests {
         }
     }
 
-    /// The cuts of a walk whose arms are raised at some frames.
+    /// The cuts of a walk whose arms are raised at some frames, and whose pelvis is some centimeters further then.
     fn cuts_raised(is_raised: impl Fn(usize) -> bool) -> Vec<usize> {
-        cuts(|name, frame, rotation, _| raise(name, rotation, if is_raised(frame) { 60.0 } else { 0.0 }))
+        cuts(|name, frame, rotation, place| {
+            if is_raised(frame) {
+                raise(name, rotation, 60.0);
+                place.z += if name == "mixamorig:Hips" { 0.15 } else { 0.0 };
+            }
+        })
     }
 
     #[test]
@@ -188,6 +217,10 @@ mod tests {
         };
         assert_eq!(cuts(one_arm), Vec::<usize>::new(), "one bone");
         assert_eq!(cuts_raised(|frame| frame / 10 % 2 == 1), Vec::<usize>::new(), "poses that are held");
+        let strike = |name: &str, frame: usize, rotation: &mut DQuat, _: &mut Vec3| {
+            raise(name, rotation, if frame >= 30 { 60.0 } else { 0.0 });
+        };
+        assert_eq!(cuts(strike), Vec::<usize>::new(), "a blow within a frame, on feet that walk on");
     }
 
     #[test]
