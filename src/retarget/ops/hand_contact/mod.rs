@@ -35,7 +35,7 @@ use crate::{
     rig::{Capsule, Limb, palm},
 };
 
-/// Hands that are no farther apart touch, in legs.
+/// Hands that are no farther apart are led all the way, in legs; no farther than half of the reach.
 const TOUCH_LEGS: f64 = 0.08;
 /// An arm that is extended to the first share of its length bends as it has to, one that is to the second does not.
 const BENT: f64 = 0.85;
@@ -97,8 +97,9 @@ impl Hand {
 impl HandContactStage {
     /// How near the hands of the source are: 1 where they touch, 0 beyond the reach. For the distance between their surfaces.
     fn nearness(&self, apart: f64) -> f64 {
-        let fade = (self.op.reach - TOUCH_LEGS).max(f64::MIN_POSITIVE);
-        1.0 - smootherstep((apart / self.source_leg - TOUCH_LEGS) / fade)
+        let touch = TOUCH_LEGS.min(self.op.reach / 2.0);
+        let fade = (self.op.reach - touch).max(f64::MIN_POSITIVE);
+        1.0 - smootherstep((apart / self.source_leg - touch) / fade)
     }
 
     /// How the hands of the source are to each other.
