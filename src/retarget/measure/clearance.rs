@@ -83,17 +83,11 @@ impl Clearance {
 
     /// The same of where the bones of an arm point, from the source's directions to the target's, with the hand turned as it is. The slots are
     /// those of shoulder, elbow and wrist.
-    pub(super) fn raised(&self, [shoulder, elbow, wrist]: [usize; 3], compared: &Compared, frame: usize) -> f64 {
-        let bones = |is_target: bool| {
-            let place = |slot: usize| compared.side(is_target).position(frame, slot);
-            [place(elbow) - place(shoulder), place(wrist) - place(elbow)]
-        };
-        let (of_source, of_target) = (bones(false), bones(true));
+    pub(super) fn raised(&self, slots: [usize; 3], compared: &Compared, frame: usize) -> f64 {
         let turned = compared.target.turn(frame, self.turn);
-        let start = compared.target.position(frame, shoulder);
         least_share(|share| {
-            let bones = of_source.iter().zip(of_target).map(|(source, target)| turned_bone(*source, target, share));
-            self.is_clear(start + bones.sum::<DVec3>(), turned)
+            let [_, wrist] = turned_arm(slots, compared, frame, share);
+            self.is_clear(wrist, turned)
         })
     }
 
@@ -103,8 +97,17 @@ impl Clearance {
     }
 }
 
+/// Elbow and wrist of the target's arm, where its bones point a share of the way from where the source's do to where they do. The slots are those
+/// of shoulder, elbow and wrist.
+pub(super) fn turned_arm(slots: [usize; 3], compared: &Compared, frame: usize, share: f64) -> [DVec3; 2] {
+    let places = |is_target: bool| slots.map(|slot| compared.side(is_target).position(frame, slot));
+    let ([from, bend, to], [shoulder, elbow, wrist]) = (places(false), places(true));
+    let turned_elbow = shoulder + turned_bone(bend - from, elbow - shoulder, share);
+    [turned_elbow, turned_elbow + turned_bone(to - bend, wrist - elbow, share)]
+}
+
 /// A bone of the target that points a share of the way from where the source's does to where it does.
-pub(super) fn turned_bone(source: DVec3, target: DVec3, share: f64) -> DVec3 {
+fn turned_bone(source: DVec3, target: DVec3, share: f64) -> DVec3 {
     let along = source.normalize_or_zero().lerp(target.normalize_or_zero(), share);
     along.normalize_or_zero() * target.length()
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{
-    clearance::{least_share, turned_bone},
+    clearance::{least_share, turned_arm},
     metric::{Finding, Reading, Series},
     motion::{Anchor, Both, Compared, Motion, Wanted},
 };
@@ -88,11 +88,9 @@ impl Collisions {
     /// The share of the way from where the bones of an arm of the source point to where the target's point that keeps forearm and hand out of
     /// the body: all of it where that is not enough. `side` is what the names of its parts begin with, the slots are those of shoulder, elbow and wrist.
     pub(super) fn aside(&self, side: &str, slots: [usize; 3], compared: &Compared, frame: usize) -> f64 {
-        let places = |motion: &Motion| slots.map(|slot| motion.position(frame, slot));
-        let ([from, bend, to], [shoulder, elbow, wrist]) = (places(&compared.source), places(&compared.target));
+        let wrist = compared.target.position(frame, slots[2]);
         let is_clear = |share: f64| {
-            let turned_elbow = shoulder + turned_bone(bend - from, elbow - shoulder, share);
-            let turned_wrist = turned_elbow + turned_bone(to - bend, wrist - elbow, share);
+            let [turned_elbow, turned_wrist] = turned_arm(slots, compared, frame, share);
             self.arms.iter().filter(|arm| arm.name.starts_with(side)).all(|arm| {
                 let [start, end] = arm.ends.map(|end| compared.target.position(frame, end));
                 // A hand keeps how it is turned.

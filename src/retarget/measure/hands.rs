@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::{
     body::{Size, first_joint},
-    clearance::{least_share, turned_bone},
+    clearance::{least_share, turned_arm},
     metric::{Finding, Reading, Series},
     motion::{Both, Compared, Motion, Wanted},
 };
@@ -107,10 +107,8 @@ impl Hands {
         }
         let between = pair.between(&compared.target, frame);
         let moved = |slots: [usize; 3], share: f64| {
-            let places = |motion: &Motion| slots.map(|slot| motion.position(frame, slot));
-            let ([from, bend, to], [shoulder, elbow, wrist]) = (places(&compared.source), places(&compared.target));
-            shoulder + turned_bone(bend - from, elbow - shoulder, share) + turned_bone(to - bend, wrist - elbow, share)
-                - wrist
+            let [_, wrist] = turned_arm(slots, compared, frame, share);
+            wrist - compared.target.position(frame, slots[2])
         };
         let error = |share: f64| {
             let [left, right] = arms.map(|slots| moved(slots, share));
