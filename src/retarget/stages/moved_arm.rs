@@ -8,7 +8,11 @@ use super::{
     temporal::smoothed,
     work::{Change, Changed, Goal, Work},
 };
-use crate::model::Canceled;
+use crate::model::{Canceled, rotation::smootherstep};
+
+/// An arm that is extended to the first share of its length bends as it has to, one that is to the second does not.
+const BENT: f64 = 0.85;
+const STRAIGHT: f64 = 0.98;
 
 /// An arm of the target by slots of a posing, which whoever moves it has.
 #[derive(Clone, Debug)]
@@ -19,6 +23,23 @@ pub(in crate::retarget) struct MovedArm {
 }
 
 impl MovedArm {
+    /// How much of what its wrist is moved by its elbow may bend for: none of it where the arm is nearly straight, since to bring the wrist nearer
+    /// by a little, the elbow would have to bend by a lot.
+    pub(in crate::retarget) fn bends(&self, pose: &Pose) -> f64 {
+        let [shoulder, elbow, wrist] = self.limb.slots.places(pose);
+        let length = shoulder.distance(elbow) + elbow.distance(wrist);
+        let extension = shoulder.distance(wrist) / length.max(f64::MIN_POSITIVE);
+        1.0 - smootherstep((extension - BENT) / (STRAIGHT - BENT))
+    }
+
+    /// What its wrist moves by where it should move by so much and the elbow bends for a share of that: otherwise the arm swings.
+    pub(in crate::retarget) fn reachable(&self, pose: &Pose, wanted: DVec3, bends: f64) -> DVec3 {
+        let [shoulder, _, wrist] = self.limb.slots.places(pose);
+        let line = wrist - shoulder;
+        let (now, then) = (line.length(), (line + wanted).length());
+        (line + wanted).normalize_or_zero() * (now + (then - now) * bends) - line
+    }
+
     /// What the wrist reaches for that is moved by so much.
     fn goal(&self, pose: &Pose, by: DVec3) -> Goal {
         let [start, middle, end] = self.limb.slots.places(pose);

@@ -37,9 +37,6 @@ use crate::{
 
 /// Hands that are no farther apart are led all the way, in legs; no farther than half of the reach.
 const TOUCH_LEGS: f64 = 0.08;
-/// An arm that is extended to the first share of its length bends as it has to, one that is to the second does not.
-const BENT: f64 = 0.85;
-const STRAIGHT: f64 = 0.98;
 /// How much the middle of a hand is preferred, in lengths of its line.
 const MIDDLE: f64 = 0.1;
 /// Rounds of leading hands to where they should be and smoothing that.
@@ -80,18 +77,6 @@ struct Hand {
     target: Fixed,
     /// How much of the way it goes.
     share: f64,
-}
-
-impl Hand {
-    /// What its wrist moves by where it should move by so much: an arm that is nearly straight swings, and bends no further. To bring its wrist
-    /// nearer by a little, its elbow would have to bend by a lot.
-    fn reachable(&self, pose: &Pose, wanted: DVec3) -> DVec3 {
-        let [shoulder, elbow, wrist] = self.arm.limb.slots.places(pose);
-        let (line, length) = (wrist - shoulder, shoulder.distance(elbow) + elbow.distance(wrist));
-        let (now, then) = (line.length(), (line + wanted).length());
-        let bends = 1.0 - smootherstep((now / length.max(f64::MIN_POSITIVE) - BENT) / (STRAIGHT - BENT));
-        (line + wanted).normalize_or_zero() * (now + (then - now) * bends) - line
-    }
 }
 
 impl HandContactStage {
@@ -180,7 +165,7 @@ impl Stage for HandContactStage {
                 let wanted = wanted(frame);
                 if wanted.length() > little {
                     self.target.fill_model(pose, &work.target, frame);
-                    row[0] = hand.reachable(pose, wanted);
+                    row[0] = hand.arm.reachable(pose, wanted, hand.arm.bends(pose));
                 }
             };
             let by = work.rows(1, || self.target.pose(), by)?;

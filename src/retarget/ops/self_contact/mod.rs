@@ -2,106 +2,109 @@
 //!
 //! For every frame the place of each hand about each part of the body is read from the source: how far along the part, on which
 //! side, how far from its surface. That place on the target is what the hand is led to, the more the nearer the source's is. What hands
-//! are moved by is smoothed over time, and what the smoothing took off is added again, as smoothly, in a fixed number of rounds: the
-//! result depends on neither the number of threads nor where the work stopped. The little by which a hand is still in the body then
-//! is taken out as it is.
+//! are moved by is smoothed over time. Then hands are brought out of the body where they are still in it, as far as they have to and as smoothly. An arm
+//! that is nearly straight only swings.
 
 pub(in crate::retarget) mod spec;
 
 pub use self::spec::SelfContactOp;
 
-use crate::retarget::stages::stage::Stage;
-use crate::retarget::{
-    mapping::Mapping,
-    ops::{
-        context::{Context, Limbs},
-        op_spec::OpSpec,
-        resolved::{OpWork, ResolvedOp},
-        scope::Scope,
-    },
-    stages::builder::StackBuilder,
-};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::schedule::Schedule;
 use crate::{
-    retarget::mapping::LimbPair,
+    model::{Canceled, rotation::smootherstep},
+    retarget::{
+        mapping::{LimbPair, Mapping},
+        ops::{
+            context::{Context, Limbs},
+            op_spec::OpSpec,
+            resolved::{OpWork, ResolvedOp},
+            scope::Scope,
+        },
+        stages::{
+            builder::StackBuilder,
+            gaps::{Fixed, Gap, Line, between},
+            moved_arm::MovedArm,
+            posing::{Pose, Posing},
+            stage::Stage,
+            temporal::{smoothed, smoothed_above},
+            work::Work,
+        },
+    },
     rig::{
-        BodyPart, HandPair, Limb,
+        BodyPart, Capsule, HandPair, Limb,
         rig::Rig,
         volumes::{body_parts, hand},
     },
 };
-use glam::DVec3;
 
-use crate::model::rotation::smootherstep;
-use rayon::prelude::*;
-
-use super::schedule::Schedule;
-use crate::{model::Canceled, rig::Capsule};
-
-use crate::retarget::stages::{
-    gaps::{Fixed, Gap, Line, between},
-    posing::{Pose, Posing},
-    temporal::smoothed,
-    work::Work,
-};
-
-/// How often hands are led to what they touch, and arms solved.
-const SELF_CONTACT_PASSES: usize = 8;
-/// How often they are brought out of the body after that: what one hand does moves the arm that the other one lies on.
+/// How often hands are led to what they touch: arms are a part of the body, too, and what they touch moves with them; what the smoothing took off
+/// is added again. If it were often, nothing would be left of the smoothing.
+const PASSES: usize = 2;
+/// How often they are brought out of the body after that.
 const SETTLING_PASSES: usize = 2;
-/// Rounds of leading hands to where they should be and smoothing that.
-const ROUNDS: usize = 2;
+/// Where a way that is smooth over time leads out by less than this share, it is taken for that much.
+const MIN_COSINE: f64 = 0.5;
 /// Rounds of pushing a hand out of all parts, one after the other.
 const PUSHES: usize = 3;
 /// The arms of a body.
 const MAX_HANDS: usize = 2;
+/// What is moved by less, in legs, stays as it is.
+const LITTLE_LEGS: f64 = 1e-6;
 
 /// Leads hands.
 #[derive(Clone, Debug)]
-pub(in crate::retarget) struct SelfContactStage {
-    pub(in crate::retarget) op: SelfContactOp,
-    pub(in crate::retarget) schedule: Schedule,
-    pub(in crate::retarget) hands: Vec<Hand>,
-    pub(in crate::retarget) parts: Vec<Part>,
-    pub(in crate::retarget) source: Posing,
-    pub(in crate::retarget) target: Posing,
-    /// Length of the source's leg in plan units, and the target's over it.
-    pub(in crate::retarget) source_leg: f64,
-    pub(in crate::retarget) leg_ratio: f64,
-    pub(in crate::retarget) limb_count: usize,
-    /// Whether hands have been led already, and are only to be brought out of the body, frame by frame.
-    pub(in crate::retarget) settles: bool,
+struct SelfContactStage {
+    op: SelfContactOp,
+    schedule: Schedule,
+    hands: Vec<Hand>,
+    parts: Vec<Part>,
+    source: Posing,
+    target: Posing,
+    /// Length of the source's leg and the target's in plan units.
+    source_leg: f64,
+    target_leg: f64,
 }
 
 /// A hand of both sides; a ball.
 #[derive(Clone, Debug)]
-pub(in crate::retarget) struct Hand {
-    pub(in crate::retarget) limb: usize,
-    pub(in crate::retarget) source: Fixed,
-    pub(in crate::retarget) target: Fixed,
+struct Hand {
+    limb: usize,
+    arm: MovedArm,
+    source: Fixed,
+    target: Fixed,
 }
 
 /// A part of the body of both sides.
 #[derive(Clone, Debug)]
-pub(in crate::retarget) struct Part {
+struct Part {
     /// The limb that it is a part of; its own hand does not look at it.
-    pub(in crate::retarget) own: Option<usize>,
-    pub(in crate::retarget) source: Fixed,
-    pub(in crate::retarget) target: Fixed,
+    own: Option<usize>,
+    source: Fixed,
+    target: Fixed,
+}
+
+/// Of an arm at a frame before anything is moved.
+#[derive(Clone, Copy, Debug, Default)]
+struct Before {
+    wrist: DVec3,
+    /// How much of what its wrist is moved by its elbow may bend for.
+    bends: f64,
 }
 
 /// What hands are to be moved by at a frame.
 type Moves = [DVec3; MAX_HANDS];
 
 impl SelfContactStage {
-    /// What is still missing when hands have been moved already.
-    fn wanted(&self, source: &Pose, target: &Pose, work: &Work<'_>, frame: usize, already: &Moves) -> Moves {
+    /// What hands are to be moved by.
+    fn wanted(&self, source: &Pose, target: &Pose, settles: bool) -> Moves {
         let mut of_source = [Line::default(); MAX_HANDS];
         let mut of_target = [Line::default(); MAX_HANDS];
         for (index, hand) in self.hands.iter().enumerate() {
-            let goal = &work.goals[frame * self.limb_count + hand.limb];
             of_source[index] = hand.source.line(source);
-            let palm = goal.position + goal.rotation * hand.target.start.1 + already[index];
-            of_target[index] = Line { start: palm, end: palm, radius: hand.target.radius };
+            of_target[index] = hand.target.line(target);
         }
         let mut led = [Led::default(); MAX_HANDS];
         let mut moves = [DVec3::ZERO; MAX_HANDS];
@@ -129,7 +132,7 @@ impl SelfContactStage {
                 let place = onto.at(gap.share) + gap.away * (onto.radius + of_target[index].radius + kept);
                 led[index].add(place - of_target[index].start, near);
             }
-            if self.op.keep_touch && !self.settles {
+            if self.op.keep_touch && !settles {
                 moves[index] = led[index].mean();
             }
         }
@@ -174,40 +177,112 @@ impl SelfContactStage {
     /// The gap on the target: in proportion to the radii where it is small, to the legs where it is large. No gap stays none.
     fn kept(&self, gap: &Gap, source_radius: f64, target_radius: f64) -> f64 {
         let near = self.nearness(gap);
-        gap.distance * (target_radius / source_radius * near + self.leg_ratio * (1.0 - near))
+        gap.distance * (target_radius / source_radius * near + self.target_leg / self.source_leg * (1.0 - near))
+    }
+}
+
+impl SelfContactStage {
+    /// What hands are to be moved by, frame by frame.
+    fn missing(&self, work: &Work<'_>, settles: bool) -> Result<Vec<Moves>, Canceled> {
+        let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Moves]| {
+            self.source.fill_model(source, work.source, frame);
+            self.target.fill_model(target, &work.target, frame);
+            row[0] = self.wanted(source, target, settles);
+        };
+        work.rows(1, || (self.source.pose(), self.target.pose()), fill)
+    }
+
+    /// What leads each hand to what it touches, smoothly.
+    fn led(&self, work: &Work<'_>) -> Result<Vec<Vec<DVec3>>, Canceled> {
+        let missing = self.missing(work, false)?;
+        let smooth = |hand: usize| {
+            let missing: Vec<DVec3> = missing.iter().map(|missing| missing[hand]).collect();
+            smoothed(&missing, work.performed, self.op.smoothing_seconds)
+        };
+        Ok((0..self.hands.len()).into_par_iter().map(smooth).collect())
+    }
+
+    /// What brings a hand out of the body wherever it is in it: at least as far as it has to, and smooth.
+    fn out(&self, hand: usize, work: &Work<'_>) -> Result<Vec<DVec3>, Canceled> {
+        let missing: Vec<DVec3> = self.missing(work, true)?.iter().map(|missing| missing[hand]).collect();
+        let (times, seconds) = (work.performed, self.op.smoothing_seconds);
+        let mut ways = smoothed(&missing, times, seconds);
+        ways.iter_mut().for_each(|way| *way = way.normalize_or_zero());
+        let far = |(way, missing): (&DVec3, &DVec3)| {
+            let length = missing.length();
+            if length > 0.0 { length / way.dot(*missing / length).max(MIN_COSINE) } else { 0.0 }
+        };
+        let far: Vec<f64> = ways.iter().zip(&missing).map(far).collect();
+        let far = smoothed_above(&far, times, seconds);
+        Ok(ways.into_iter().zip(far).map(|(way, far)| way * far).collect())
+    }
+
+    /// How all arms are, frame by frame, at so many a frame.
+    fn before(&self, work: &Work<'_>) -> Result<Vec<Before>, Canceled> {
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [Before]| {
+            self.target.fill_model(pose, &work.target, frame);
+            for (hand, before) in self.hands.iter().zip(row) {
+                let [_, _, wrist] = hand.arm.limb.slots.places(pose);
+                *before = Before { wrist, bends: hand.arm.bends(pose) };
+            }
+        };
+        work.rows(self.hands.len(), || self.target.pose(), fill)
+    }
+
+    /// Moves the wrist of a hand by so much at every frame, as its arm can.
+    fn lead(
+        &self,
+        hand: usize,
+        by: impl Fn(usize) -> DVec3 + Sync,
+        before: &[Before],
+        work: &mut Work<'_>,
+    ) -> Result<(), Canceled> {
+        let (width, arm, little) = (self.hands.len(), &self.hands[hand].arm, LITTLE_LEGS * self.target_leg);
+        if !(0..work.frame_count()).any(|frame| by(frame).length() > little) {
+            return Ok(());
+        }
+        let reached = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
+            let wanted = by(frame);
+            if wanted.length() > little {
+                self.target.fill_model(pose, &work.target, frame);
+                row[0] = arm.reachable(pose, wanted, before[frame * width + hand].bends);
+            }
+        };
+        let reached = work.rows(1, || self.target.pose(), reached)?;
+        arm.move_wrist(&self.target, |frame| reached[frame], little, work)
     }
 }
 
 impl Stage for SelfContactStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let count = work.frame_count();
-        let mut moves = vec![[DVec3::ZERO; MAX_HANDS]; count];
-        let (rounds, smoothing_seconds) = if self.settles { (1, 0.0) } else { (ROUNDS, self.op.smoothing_seconds) };
-        for _ in 0..rounds {
-            let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Moves]| {
-                self.source.fill(source, work.source, frame);
-                self.target.fill(target, &work.target, frame);
-                row[0] = self.wanted(source, target, work, frame, &moves[frame]);
-            };
-            let wanted = work.rows(1, || (self.source.pose(), self.target.pose()), fill)?;
-            if wanted.iter().all(|wanted| *wanted == [DVec3::ZERO; MAX_HANDS]) {
-                break;
-            }
-            let smooth = |hand: usize| {
-                let more: Vec<DVec3> = wanted.iter().map(|wanted| wanted[hand]).collect();
-                smoothed(&more, work.performed, smoothing_seconds)
-            };
-            let more: Vec<Vec<DVec3>> = (0..self.hands.len()).into_par_iter().map(smooth).collect();
-            for (hand, more) in more.iter().enumerate() {
-                moves.iter_mut().zip(more).for_each(|(moves, more)| moves[hand] += *more);
+        let width = self.hands.len();
+        let before = self.before(work)?;
+        let alphas: Vec<f64> =
+            (0..work.frame_count()).map(|frame| self.schedule.alpha_at(work.moment(frame))).collect();
+        let at = |moved: DVec3, frame: usize| if alphas[frame] > 0.0 { moved } else { DVec3::ZERO };
+        for _ in 0..PASSES {
+            let moves = self.led(work)?;
+            for (hand, moves) in moves.iter().enumerate() {
+                self.lead(hand, |frame| at(moves[frame], frame), &before, work)?;
             }
         }
-        work.change_goals(self.limb_count, |work, frame, goals| {
-            let alpha = self.schedule.alpha_at(work.moment(frame));
-            for (hand, moved) in self.hands.iter().zip(&moves[frame]) {
-                goals[hand.limb].position += *moved * alpha;
-            }
-        })
+        // What one hand does moves the arm that the other one lies on: one after the other.
+        for hand in (0..SETTLING_PASSES).flat_map(|_| 0..width) {
+            let out = self.out(hand, work)?;
+            self.lead(hand, |frame| at(out[frame], frame), &before, work)?;
+        }
+        if alphas.iter().all(|alpha| *alpha == 0.0 || *alpha == 1.0) {
+            return Ok(());
+        }
+        // Where the op has a share only, hands go back by the rest of what they were moved.
+        let after = self.before(work)?;
+        for hand in 0..width {
+            let moved = |frame: usize| after[frame * width + hand].wrist - before[frame * width + hand].wrist;
+            let back =
+                |frame: usize| if alphas[frame] > 0.0 { moved(frame) * (alphas[frame] - 1.0) } else { DVec3::ZERO };
+            self.lead(hand, back, &before, work)?;
+        }
+        Ok(())
     }
 }
 
@@ -242,15 +317,9 @@ struct ResolvedSelfContact {
 
 impl OpWork for ResolvedSelfContact {
     fn compile(&self, op: &ResolvedOp, _following: &[ResolvedOp], stack: &mut StackBuilder<'_>) {
-        // Arms are a part of the body, too: what they touch has moved once they have reached their goals.
-        for pass in 0..SELF_CONTACT_PASSES + SETTLING_PASSES {
-            stack.close();
-            stack.need_goals(&op.limbs);
-            if let Some(stage) = self.stage(op, stack, pass >= SELF_CONTACT_PASSES) {
-                stack.push(stage);
-            }
-        }
         stack.close();
+        let stage = self.stage(op, stack);
+        stack.push_posed(stage);
     }
 
     fn changed(&self, op: &ResolvedOp, mapping: &Mapping) -> Vec<usize> {
@@ -260,7 +329,7 @@ impl OpWork for ResolvedSelfContact {
 
 impl ResolvedSelfContact {
     /// Nothing where there is no hand, or nothing that it could touch.
-    fn stage(&self, op: &ResolvedOp, stack: &StackBuilder<'_>, settles: bool) -> Option<SelfContactStage> {
+    fn stage(&self, op: &ResolvedOp, stack: &StackBuilder<'_>) -> Option<SelfContactStage> {
         let pairs: Vec<&HandPair> = self.hands.iter().filter(|hand| op.limbs.contains(&hand.limb)).collect();
         if pairs.is_empty() || self.parts.is_empty() {
             return None;
@@ -269,9 +338,11 @@ impl ResolvedSelfContact {
         let of_source = pairs.iter().map(|hand| &hand.source).chain(self.parts.iter().map(|part| &part.source));
         let of_target = pairs.iter().map(|hand| &hand.target).chain(self.parts.iter().map(|part| &part.target));
         let source = stack.source_posing(of_source.flat_map(joints));
-        let target = stack.target_posing(of_target.flat_map(joints));
+        let arms = pairs.iter().flat_map(|hand| stack.limb(hand.limb).target.joints());
+        let target = stack.target_posing(of_target.flat_map(joints).chain(arms));
         let hand = |hand: &&HandPair| Hand {
             limb: hand.limb,
+            arm: stack.moved_arm(stack.limb(hand.limb), true, &target),
             source: Fixed::new(&hand.source, &source),
             target: Fixed::new(&hand.target, &target),
         };
@@ -288,9 +359,7 @@ impl ResolvedSelfContact {
             hands: pairs.iter().map(hand).collect(),
             parts: self.parts.iter().map(part).collect(),
             source_leg,
-            leg_ratio: target_leg / source_leg,
-            limb_count: stack.limb_count(),
-            settles,
+            target_leg,
             source,
             target,
         })

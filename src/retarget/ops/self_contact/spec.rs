@@ -33,6 +33,6 @@ pub struct SelfContactOp {
 
 impl Default for SelfContactOp {
     fn default() -> Self {
-        Self { scope: Scope::default(), reach: 0.12, keep_touch: true, push_out: true, smoothing_seconds: 0.04 }
+        Self { scope: Scope::default(), reach: 0.12, keep_touch: true, push_out: true, smoothing_seconds: 0.1 }
     }
 }
