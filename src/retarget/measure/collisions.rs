@@ -81,6 +81,11 @@ impl Collisions {
     }
 }
 
+/// A hand of the source that is no farther from the body than the first, in legs, touches it. Arms of the target may point elsewhere for that, where
+/// its hand would be farther from where it should be than the second otherwise, until it is as near but for the third.
+const TOUCHES: f64 = 0.08;
+const ASTRAY: f64 = 0.03;
+const AS_NEAR: f64 = 0.01;
 /// How deep an arm of the target may be in the body beyond the source's before it is swung out by right, in legs.
 const INTO_THE_BODY: f64 = 0.03;
 
@@ -104,6 +109,29 @@ impl Collisions {
             })
         };
         least_share(is_clear)
+    }
+
+    /// The share of the same way that keeps a hand which touches the body as far from it as the source's is: none where that one touches nothing,
+    /// and where it does not.
+    pub(super) fn touching(&self, side: &str, slots: [usize; 3], compared: &Compared, frame: usize) -> f64 {
+        let is_hand = |arm: &&Capsule| arm.name.strip_prefix(side) == Some("hand");
+        let Some(hand) = self.arms.iter().find(is_hand) else { return 0.0 };
+        let from_wrist = compared.target.position(frame, hand.ends[0]) - compared.target.position(frame, slots[2]);
+        let share_for = |part: &Capsule| {
+            let own = depth(hand, part, &compared.source, frame, |radius| radius.source) / self.legs.source;
+            if own < -TOUCHES {
+                return 0.0;
+            }
+            let of_part = part.ends.map(|end| compared.target.position(frame, end));
+            let error = |share: f64| {
+                let [_, wrist] = turned_arm(slots, compared, frame, share);
+                let apart = distance([wrist + from_wrist; 2], of_part) - hand.radius.target - part.radius.target;
+                (apart / self.legs.target + own).abs()
+            };
+            let left = error(1.0);
+            if error(0.0) < left.max(ASTRAY) { 0.0 } else { least_share(|share| error(share) <= left.max(AS_NEAR)) }
+        };
+        self.body.iter().map(share_for).fold(0.0, f64::max)
     }
 }
 

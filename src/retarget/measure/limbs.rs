@@ -182,10 +182,13 @@ impl Limbs {
         let together =
             |frame: usize| hands.zip(both).map_or(0.0, |(hands, arms)| hands.together(arms, compared, frame));
         let together: Vec<f64> = (0..compared.len()).map(together).collect();
-        // What keeps a hand out of the floor, or an arm out of the body, or brings hands together, is no error.
+        // What keeps a hand out of the floor or on the body, or an arm out of the body, or brings hands together, is no error.
         let kept_out = |arm: &Arm| -> Vec<f64> {
             let share = |frame: usize| {
-                let aside = collisions.map_or(0.0, |body| body.aside(arm.side, arm.slots, compared, frame));
+                let aside = collisions.map_or(0.0, |body| {
+                    let touching = body.touching(arm.side, arm.slots, compared, frame);
+                    touching.max(body.aside(arm.side, arm.slots, compared, frame))
+                });
                 aside.max(arm.clearance.raised(arm.slots, compared, frame)).max(together[frame])
             };
             (0..compared.len()).map(share).collect()

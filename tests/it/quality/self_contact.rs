@@ -5,12 +5,13 @@
 use glam::{DQuat, DVec3, Quat};
 use retargetd::{
     model::{Clip, Control, JointTracks, Reporter, Scene, SkinPoint, SkinPoints, Track},
-    retarget::{Resolved, Stack, parse_spec, resolve},
+    retarget::{MetricName, Resolved, Stack, parse_spec, resolve},
     rig::Rig,
     samples,
 };
 
-use super::figure::{position, world};
+use super::figure::{Figure, measured as report_of, moved_with, position, rig_of, value, world};
+use crate::support::corpus_file;
 
 const PLAIN: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
 const TOUCHING: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "self_contact"}]}"#;
@@ -333,4 +334,43 @@ fn hands_touch_what_they_touched() {
         }
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// A stack with a share of the op: hands go so much of the way.
+#[test]
+fn a_share_of_the_op_is_that_share_of_the_way() {
+    let source = Body::new(samples::walk_scene(), &MIXAMO, 1.0);
+    let target = Body::new(samples::walk_scene(), &MIXAMO, 1.5);
+    let clip = clip_of(&source, Contact::Hips);
+    let middle = FRAMES / 2;
+    let palms = |spec: &str| {
+        let result = retargeted(spec, &source.scene, &clip, &target.scene);
+        let pose = world(&target.scene.skeleton, Some((&result, middle)));
+        [0, 1].map(|arm| target.palm(&pose, arm))
+    };
+    let (plain, whole) = (palms(PLAIN), palms(TOUCHING));
+    let half = palms(r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "self_contact", "alpha": 0.5}]}"#);
+    for arm in 0..2 {
+        let way = plain[arm].distance(whole[arm]);
+        assert!(way > 0.02, "a hand is led by {way} m");
+        let expected = plain[arm].midpoint(whole[arm]);
+        assert!(half[arm].distance(expected) < 0.02 * way, "{} of {way} m off", half[arm].distance(expected));
+    }
+}
+
+/// Walks, jumps and jumping jacks whose hands pass the thighs with nearly straight arms: elbows snapped by 22 to 48 degrees within a frame.
+#[test]
+fn elbows_do_not_snap_where_hands_pass_the_body() {
+    for (file, onto) in [
+        ("bvh/cmu/12_01_walk.bvh", "cc0-stylised/kaykit_knight.glb"),
+        ("bvh/cmu/01_01_motionbuilder.bvh", "vrm1/makehuman_body_vrm1.vrm"),
+        ("bvh/cmu/jumping_jacks_max_names.bvh", "unreal/mannequiny.glb"),
+    ] {
+        let (Some(source), Some(target)) = (corpus_file(file), corpus_file(onto)) else { return };
+        let (source, target) = (Figure::read(&source), Figure::read(&target));
+        let (from, to) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
+        let result = moved_with(&from, &to, &serde_json::from_str(TOUCHING).expect("a spec"));
+        let pop = value(&report_of(&from, &to, &result), MetricName::ElbowPop);
+        assert!(pop < 15.0, "{file} onto {onto}: {pop} degrees");
+    }
 }

@@ -41,8 +41,8 @@ use crate::{
 };
 
 /// How often hands are led to what they touch: arms are a part of the body, too, and what they touch moves with them; what the smoothing took off
-/// is added again. If it were often, nothing would be left of the smoothing.
-const PASSES: usize = 2;
+/// is added again. Fewer leave the short touches of a boxer apart, and of many times nothing would be left of the smoothing.
+const PASSES: usize = 4;
 /// How often they are brought out of the body after that.
 const SETTLING_PASSES: usize = 2;
 /// Where a way that is smooth over time leads out by less than this share, it is taken for that much.
