@@ -33,7 +33,7 @@ impl MovedArm {
     }
 
     /// What its wrist moves by where it should move by so much and the elbow bends for a share of that: otherwise the arm swings.
-    pub(in crate::retarget) fn reachable(&self, pose: &Pose, wanted: DVec3, bends: f64) -> DVec3 {
+    fn reachable(&self, pose: &Pose, wanted: DVec3, bends: f64) -> DVec3 {
         let [shoulder, _, wrist] = self.limb.slots.places(pose);
         let line = wrist - shoulder;
         let (now, then) = (line.length(), (line + wanted).length());
@@ -62,6 +62,30 @@ impl MovedArm {
         };
         let rows = work.rows(1, || posing.pose(), fill)?;
         Ok(smoothed(&rows, work.performed, AXIS_SECONDS))
+    }
+
+    /// Moves the wrist by so much at every frame, in plan units, as far as the arm reaches without its elbow bending for more than a share of it. What
+    /// is less than `little` is nothing.
+    pub(in crate::retarget) fn lead_wrist(
+        &self,
+        posing: &Posing,
+        wanted: impl Fn(usize) -> DVec3 + Sync,
+        bends: impl Fn(&Pose, usize) -> f64 + Sync,
+        little: f64,
+        work: &mut Work<'_>,
+    ) -> Result<(), Canceled> {
+        if !(0..work.frame_count()).any(|frame| wanted(frame).length() > little) {
+            return Ok(());
+        }
+        let reached = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
+            let wanted = wanted(frame);
+            if wanted.length() > little {
+                posing.fill_model(pose, &work.target, frame);
+                row[0] = self.reachable(pose, wanted, bends(pose, frame));
+            }
+        };
+        let reached = work.rows(1, || posing.pose(), reached)?;
+        self.move_wrist(posing, |frame| reached[frame], little, work)
     }
 
     /// Moves the wrist by so much at every frame, in plan units; where that is less than `little`, the arm stays as it is.

@@ -158,18 +158,8 @@ impl Stage for HandContactStage {
         let little = LITTLE_LEGS * self.target_leg;
         for (hand, side) in self.hands.iter().zip([1.0, -1.0]) {
             let wanted = |frame: usize| moves[frame] * (side * hand.share * alphas[frame]);
-            if !(0..moves.len()).any(|frame| wanted(frame).length() > little) {
-                continue;
-            }
-            let by = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
-                let wanted = wanted(frame);
-                if wanted.length() > little {
-                    self.target.fill_model(pose, &work.target, frame);
-                    row[0] = hand.arm.reachable(pose, wanted, hand.arm.bends(pose));
-                }
-            };
-            let by = work.rows(1, || self.target.pose(), by)?;
-            hand.arm.move_wrist(&self.target, |frame| by[frame], little, work)?;
+            let bends = |pose: &Pose, _: usize| hand.arm.bends(pose);
+            hand.arm.lead_wrist(&self.target, wanted, bends, little, work)?;
         }
         Ok(())
     }

@@ -237,19 +237,8 @@ impl SelfContactStage {
         before: &[Before],
         work: &mut Work<'_>,
     ) -> Result<(), Canceled> {
-        let (width, arm, little) = (self.hands.len(), &self.hands[hand].arm, LITTLE_LEGS * self.target_leg);
-        if !(0..work.frame_count()).any(|frame| by(frame).length() > little) {
-            return Ok(());
-        }
-        let reached = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
-            let wanted = by(frame);
-            if wanted.length() > little {
-                self.target.fill_model(pose, &work.target, frame);
-                row[0] = arm.reachable(pose, wanted, before[frame * width + hand].bends);
-            }
-        };
-        let reached = work.rows(1, || self.target.pose(), reached)?;
-        arm.move_wrist(&self.target, |frame| reached[frame], little, work)
+        let bends = |_: &Pose, frame: usize| before[frame * self.hands.len() + hand].bends;
+        self.hands[hand].arm.lead_wrist(&self.target, by, bends, LITTLE_LEGS * self.target_leg, work)
     }
 }
 
