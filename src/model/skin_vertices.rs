@@ -79,6 +79,11 @@ impl SkinVertices {
         (0..self.len()).map(|vertex| self.of(vertex))
     }
 
+    /// The influences of the vertices of skinned meshes.
+    pub fn skinned(&self) -> impl Iterator<Item = &[Influence]> {
+        (0..self.skinned).map(|vertex| self.of(vertex))
+    }
+
     /// The influences of the vertices of meshes without a skin that hang on a joint.
     pub fn rigid(&self) -> impl Iterator<Item = &[Influence]> {
         (self.skinned..self.len()).map(|vertex| self.of(vertex))
@@ -104,8 +109,7 @@ impl SkinVertices {
     /// The vertices of skinned meshes by the joints that move them, those that move little left out.
     #[must_use]
     pub fn points(&self, joint_count: usize) -> SkinPoints {
-        let skinned = (0..self.skinned).flat_map(|vertex| self.of(vertex));
-        let heavy = skinned.filter(|one| one.weight >= SkinPoints::MIN_WEIGHT);
+        let heavy = self.skinned().flatten().filter(|one| one.weight >= SkinPoints::MIN_WEIGHT);
         let entries = heavy.map(|one| (one.joint, SkinPoint { position: one.position, weight: one.weight }));
         SkinPoints::new(joint_count, &entries.collect::<Vec<_>>())
     }

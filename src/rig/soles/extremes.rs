@@ -12,11 +12,48 @@ const TILTS: [f64; 7] = [8.0, 16.0, 25.0, 35.0, 45.0, 60.0, 75.0];
 const AZIMUTHS: u32 = 12;
 /// Distances that are compared at once.
 const LANES: usize = 8;
-/// Degrees by which toes are bent up, and by which the shin leans forward.
-const BENDS: [[f64; 2]; 7] =
-    [[0.0, 0.0], [12.0, 0.0], [25.0, 0.0], [40.0, 0.0], [55.0, 0.0], [0.0, 35.0], [0.0, -35.0]];
+/// Degrees by which toes are bent up, and by which the shin leans forward and to the left.
+const BENDS: [Bend; 9] = [
+    Bend::of_toes(0.0),
+    Bend::of_toes(12.0),
+    Bend::of_toes(25.0),
+    Bend::of_toes(40.0),
+    Bend::of_toes(55.0),
+    Bend::of_shin(35.0, 0.0),
+    Bend::of_shin(-35.0, 0.0),
+    Bend::of_shin(0.0, 20.0),
+    Bend::of_shin(0.0, -20.0),
+];
 /// Points that are lower than those found by less than this share of a leg are passed over.
 const LITTLE: f64 = 5e-4;
+
+/// How a foot is bent at its joints; degrees.
+#[derive(Clone, Copy)]
+struct Bend {
+    /// Up.
+    toes: f64,
+    /// How the shin leans.
+    shin_forward: f64,
+    shin_left: f64,
+}
+
+impl Bend {
+    const fn of_toes(toes: f64) -> Self {
+        Self { toes, shin_forward: 0.0, shin_left: 0.0 }
+    }
+
+    const fn of_shin(shin_forward: f64, shin_left: f64) -> Self {
+        Self { toes: 0.0, shin_forward, shin_left }
+    }
+
+    fn bends_toes(self) -> bool {
+        self.toes != 0.0
+    }
+
+    fn bends_shin(self) -> bool {
+        self.shin_forward != 0.0 || self.shin_left != 0.0
+    }
+}
 
 /// How a foot lies at rest, in the ankle's axes; unit vectors.
 pub(super) struct FootFrame {
@@ -43,10 +80,11 @@ impl FootFrame {
         [self.down].into_iter().chain(TILTS.into_iter().flat_map(about)).collect()
     }
 
-    /// Where points are when the toes are bent up and the shin leans forward by so many degrees.
-    fn bent(&self, points: &[SupportPoint], [toes, shin]: [f64; 2]) -> Vec<DVec3> {
+    /// Where points are when toes and shin are bent.
+    fn bent(&self, points: &[SupportPoint], bend: Bend) -> Vec<DVec3> {
         let turn = |degrees: f64, axis: DVec3| DQuat::from_axis_angle(axis, degrees.to_radians());
-        let (toes, shin) = (turn(toes, -self.left), turn(shin, self.left));
+        let toes = turn(bend.toes, -self.left);
+        let shin = turn(bend.shin_forward, self.left) * turn(bend.shin_left, -self.front);
         let place = |point: &SupportPoint| {
             let mut place = point.from_end;
             if let Some(ball) = self.ball.filter(|_| point.toes > 0.0) {
@@ -69,10 +107,8 @@ pub(super) fn extreme(points: &[SupportPoint], frame: &FootFrame, leg: f64) -> V
     let has_toes = frame.ball.is_some() && points.iter().any(|point| point.toes > 0.0);
     let has_shin = points.iter().any(|point| point.shin > 0.0);
     // What nothing hangs on bends nothing.
-    for [toes, shin] in
-        BENDS.into_iter().filter(|[toes, shin]| (has_toes || *toes == 0.0) && (has_shin || *shin == 0.0))
-    {
-        let places = Columns::of(&frame.bent(points, [toes, shin]));
+    for bend in BENDS.into_iter().filter(|bend| (has_toes || !bend.bends_toes()) && (has_shin || !bend.bends_shin())) {
+        let places = Columns::of(&frame.bent(points, bend));
         for direction in &directions {
             let Some(farthest) = places.first_farthest(*direction, &mut distances) else { continue };
             let known = found.iter().map(|index: &usize| distances[*index]).fold(f64::NEG_INFINITY, f64::max);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::model::SkinPoint;
+use crate::model::{Influence, SkinPoints};
 
 use super::{
     Foot, FootShape, SupportPoint,
@@ -42,7 +42,7 @@ pub(super) fn shape(foot: &Foot<'_, '_>) -> Option<FootShape> {
     Some(FootShape { points, contacts, is_from_mesh: true })
 }
 
-/// What a part of a leg says of one vertex: the sum of its weights, and of where it puts the vertex at rest, times them.
+/// What a part of a leg says of one vertex: the sum of its weights, and of where its joints put the vertex at rest, times them.
 #[derive(Clone, Copy, Default)]
 struct Seen {
     weight: f64,
@@ -55,64 +55,55 @@ impl Seen {
     }
 }
 
-/// The part of a leg that a joint is of: foot, toes or shin.
+const FOOT: usize = 0;
+const TOES: usize = 1;
+const SHIN: usize = 2;
+
+/// The part of a leg that a joint is of.
 fn part_of(foot: &Foot<'_, '_>, joint: usize) -> Option<usize> {
     let is_below = |root: usize| foot.side.skeleton().is_ancestor_or_self(root, joint);
     match joint {
-        _ if foot.leg.ball.is_some_and(is_below) => Some(1),
-        _ if is_below(foot.leg.end) => Some(0),
+        _ if foot.leg.ball.is_some_and(is_below) => Some(TOES),
+        _ if is_below(foot.leg.end) => Some(FOOT),
         // Joints between knee and ankle that take a share of the shin's twist lean with it.
-        _ if is_below(foot.leg.shin) => Some(2),
+        _ if is_below(foot.leg.shin) => Some(SHIN),
         _ => None,
     }
 }
 
-/// What moves the vertices of a foot: its part of the leg, the joint, and where that holds a vertex how much. Feet without a skin may be
-/// meshes that hang on their joints, as those of robots.
-fn influences(foot: &Foot<'_, '_>) -> Vec<(usize, usize, SkinPoint)> {
-    let scene = foot.side.scene;
-    let of_joint = |joint: usize| Some((part_of(foot, joint)?, joint));
-    let parts = (0..foot.side.skeleton().len()).filter_map(of_joint);
-    let skinned: Vec<(usize, usize, SkinPoint)> = parts
-        .flat_map(|(part, joint)| scene.skin_points.of(joint).iter().map(move |point| (part, joint, *point)))
-        .collect();
-    if skinned.iter().any(|(part, ..)| *part != 2) {
-        return skinned;
-    }
-    let rigid = scene.skin_vertices.rigid().flatten().filter_map(|one| {
-        let (part, joint) = of_joint(one.joint as usize)?;
-        Some((part, joint, SkinPoint { position: one.position, weight: one.weight }))
-    });
-    rigid.collect()
-}
-
-/// The vertices of a foot, with the shares of each that move with toes and shin. Vertices of equal place count once.
+/// The vertices of a foot, with the shares of each that move with toes and shin. Vertices of equal place count once. Feet without a skin
+/// may be meshes that hang on their joints, as those of robots.
 fn vertices(foot: &Foot<'_, '_>) -> Vec<SupportPoint> {
-    let (scene, rest) = (foot.side.scene, foot.side.rest.transforms());
-    let grid = SAME_PLACE * foot.length;
-    let in_cell = |(part, joint, point): (usize, usize, SkinPoint)| {
-        let bind = scene.bind_pose.get(joint).copied().flatten().unwrap_or(rest[joint]);
-        let position = point.position.as_dvec3();
-        let (bound, weight) = (bind.transform_point(position), f64::from(point.weight));
-        let cell = (bound / grid).round().as_i64vec3().to_array();
-        (cell, part, Seen { weight, place: rest[joint].transform_point(position) * weight })
+    let parts: Vec<Option<usize>> = (0..foot.side.skeleton().len()).map(|joint| part_of(foot, joint)).collect();
+    let vertices = &foot.side.scene.skin_vertices;
+    let of = |influences: &[Influence]| {
+        let is_below = |one: &Influence| matches!(parts[one.joint as usize], Some(FOOT | TOES));
+        let held: f32 = influences.iter().filter(|one| is_below(one)).map(|one| one.weight).sum();
+        (held >= SkinPoints::MIN_WEIGHT).then(|| vertex(foot, influences, &parts))
     };
-    let mut cells: Vec<([i64; 3], usize, Seen)> = influences(foot).into_iter().map(in_cell).collect();
-    cells.sort_by_key(|(cell, ..)| *cell);
-    let of_cell = |cells: &[([i64; 3], usize, Seen)]| {
-        let mut seen = [Seen::default(); 3];
-        for (_, part, one) in cells {
-            seen[*part].place += one.place;
-            seen[*part].weight += one.weight;
-        }
-        vertex(foot, &seen)
-    };
-    cells.chunk_by(|(one, ..), (other, ..)| one == other).filter_map(of_cell).collect()
+    let mut found: Vec<([i64; 3], SupportPoint)> = vertices.skinned().filter_map(of).collect();
+    if found.is_empty() {
+        found = vertices.rigid().filter_map(of).collect();
+    }
+    found.sort_by_key(|(cell, _)| *cell);
+    found.dedup_by_key(|(cell, _)| *cell);
+    found.into_iter().map(|(_, point)| point).collect()
 }
 
-/// A vertex from what foot, toes and shin say of it; nothing of one that is the shin's.
-fn vertex(foot: &Foot<'_, '_>, [of_foot, of_toes, of_shin]: &[Seen; 3]) -> Option<SupportPoint> {
-    let place = of_foot.place().or_else(|| of_toes.place())?;
+/// A vertex from what foot, toes and shin say of it, and a cell of the place at which it was bound.
+fn vertex(foot: &Foot<'_, '_>, influences: &[Influence], parts: &[Option<usize>]) -> ([i64; 3], SupportPoint) {
+    let (bind_pose, rest) = (&foot.side.scene.bind_pose, foot.side.rest.transforms());
+    let (mut seen, mut bound) = ([Seen::default(); 3], DVec3::ZERO);
+    for one in influences {
+        let (joint, weight, position) = (one.joint as usize, f64::from(one.weight), one.position.as_dvec3());
+        bound += bind_pose.get(joint).copied().flatten().unwrap_or(rest[joint]).transform_point(position) * weight;
+        if let Some(part) = parts[joint] {
+            seen[part].place += rest[joint].transform_point(position) * weight;
+            seen[part].weight += weight;
+        }
+    }
+    let [of_foot, of_toes, of_shin] = seen;
+    let place = of_foot.place().or_else(|| of_toes.place()).unwrap_or(bound);
     let weight = of_foot.weight + of_toes.weight + of_shin.weight;
     let mut point = foot.support(place, of_toes.weight / weight);
     point.shin = of_shin.weight / weight;
@@ -122,7 +113,7 @@ fn vertex(foot: &Foot<'_, '_>, [of_foot, of_toes, of_shin]: &[Seen; 3]) -> Optio
     if let Some(place) = of_shin.place() {
         point.from_shin = foot.offset_in_shin(place);
     }
-    Some(point)
+    ((bound / (SAME_PLACE * foot.length)).round().as_i64vec3().to_array(), point)
 }
 
 /// The vertices that lie about the foot.

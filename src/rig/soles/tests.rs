@@ -5,7 +5,7 @@ use glam::{DQuat, Vec3};
 use super::*;
 use crate::rig::limb_joints::leg_of;
 use crate::{
-    model::{Influence, Joint, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, SkinVertices, Transform},
+    model::{Influence, Joint, Reporter, Scene, Skeleton, SkinVertices, Transform},
     retarget::RetargetSpec,
 };
 
@@ -50,7 +50,7 @@ fn body(has_toes: bool) -> Scene {
 fn with_shoes(mut scene: Scene, more: &[DVec3]) -> Scene {
     let rest = scene.skeleton.rest_pose().to_model(&scene.skeleton);
     let index = |name: &str| scene.skeleton.joints().iter().position(|joint| joint.name == name);
-    let mut entries = Vec::new();
+    let mut vertices = SkinVertices::default();
     for side in ["Left", "Right"] {
         let foot = index(&format!("{side}Foot")).expect("a foot");
         let toes = index(&format!("{side}ToeBase")).unwrap_or(foot);
@@ -58,10 +58,8 @@ fn with_shoes(mut scene: Scene, more: &[DVec3]) -> Scene {
         let mut add = |place: DVec3| {
             let joint = if place.z > ankle.z + 0.131 { toes } else { foot };
             let position = rest.transforms()[joint].relative(&Transform::from_translation(place)).translation;
-            entries.push((
-                u32::try_from(joint).expect("few joints"),
-                SkinPoint { position: position.as_vec3(), weight: 1.0 },
-            ));
+            let joint = u32::try_from(joint).expect("few joints");
+            vertices.push(&mut vec![Influence { joint, weight: 1.0, position: position.as_vec3() }], true);
         };
         for step in 0..=20 {
             for x in [-0.05, 0.0, 0.05] {
@@ -72,7 +70,7 @@ fn with_shoes(mut scene: Scene, more: &[DVec3]) -> Scene {
         }
         more.iter().for_each(|place| add(ankle + *place));
     }
-    scene.skin_points = SkinPoints::new(scene.skeleton.len(), &entries);
+    scene.skin_vertices = vertices.into();
     scene
 }
 
@@ -115,43 +113,53 @@ fn a_shoe_stands_on_its_heel_its_edges_and_its_toes() {
     }
 }
 
-/// The same body with a joint in the middle of each shin that takes a share of its twist, and the back of each heel half on it.
-fn with_twist_joints(scene: &Scene) -> Scene {
+/// The same body with a joint in the middle of each shin that takes a share of its twist, and one more vertex of each shoe, so far from the
+/// ankle in the body's axes, on it by a share.
+fn with_twist_joints(scene: &Scene, from_ankle: DVec3, share: f32) -> Scene {
     let mut joints = scene.skeleton.joints().to_vec();
-    let mut entries: Vec<(u32, SkinPoint)> = Vec::new();
-    for side in ["Left", "Right"] {
-        let shin = joints.iter().position(|joint| joint.name == format!("{side}Leg")).expect("a shin");
+    let rest = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+    let index = |name: String| joints.iter().position(|joint| joint.name == name).expect("a joint");
+    let sides = ["Left", "Right"].map(|side| (index(format!("{side}Leg")), index(format!("{side}Foot"))));
+    let mut vertices = scene.skin_vertices.as_ref().clone();
+    for (shin, foot) in sides {
+        let number = |joint: usize| u32::try_from(joint).expect("few joints");
+        let place = rest.transforms()[foot].translation + from_ankle;
+        let from_foot = rest.transforms()[foot].relative(&Transform::from_translation(place)).translation.as_vec3();
+        // The ankle is 0.25 m below the joint.
+        let (of_foot, of_twist) = ((number(foot), 1.0 - share, from_foot), from_ankle.as_vec3() + Vec3::NEG_Y * 0.25);
+        let of_twist = (number(joints.len()), share, of_twist);
+        let influence = |(joint, weight, position)| Influence { joint, weight, position };
+        vertices.push(&mut [of_foot, of_twist].map(influence).to_vec(), true);
         let rest = Transform::from_translation(DVec3::new(0.0, -0.2, 0.0));
-        let twist = joints.len();
-        joints.push(Joint { name: format!("{side}LegTwist"), parent: Some(shin), rest, is_joint: true, node: twist });
-        // The ankle is 0.25 m below it.
-        let position = Vec3::new(0.0, -0.35, -0.12);
-        entries.push((u32::try_from(twist).expect("few joints"), SkinPoint { position, weight: 0.5 }));
+        let name = format!("{}Twist", joints[shin].name);
+        joints.push(Joint { name, parent: Some(shin), rest, is_joint: true, node: joints.len() });
     }
     let skeleton = Skeleton::new(joints).expect("a skeleton");
-    let rest = skeleton.rest_pose().to_model(&skeleton);
-    for index in 0..scene.skeleton.len() {
-        let number = u32::try_from(index).expect("few joints");
-        entries.extend(scene.skin_points.of(index).iter().map(|point| (number, *point)));
-        if scene.skeleton.joints()[index].name.ends_with("Foot") {
-            let back = rest.transforms()[index].translation + DVec3::new(0.0, -0.1, -0.12);
-            let position = rest.transforms()[index].relative(&Transform::from_translation(back)).translation.as_vec3();
-            entries.push((number, SkinPoint { position, weight: 0.5 }));
-        }
-    }
-    let skin_points = SkinPoints::new(skeleton.len(), &entries);
-    Scene { skeleton, skin_points, unit_meters: Some(1.0), ..Scene::default() }
+    Scene { skeleton, skin_vertices: vertices.into(), unit_meters: Some(1.0), ..Scene::default() }
 }
 
 #[test]
 fn a_heel_that_hangs_on_a_joint_of_the_shin_leans_with_it() {
-    let scene = with_twist_joints(&with_shoes(body(true), &[]));
-    let (shape, leg) = left_foot(&scene);
-    let back = shape.points.iter().find(|point| point.from_end.length() > 0.15 && point.shin > 0.0);
-    let back = back.unwrap_or_else(|| panic!("half of the heel is the shin's: {:?}", shape.points));
-    assert!((back.shin - 0.5).abs() < 1e-6, "half of it: {}", back.shin);
-    let place = scene.skeleton.rest_pose().to_model(&scene.skeleton).transforms()[leg.shin].rotation * back.from_shin;
-    assert!(place.distance(DVec3::new(0.0, -0.1, -0.12)) < 1e-6, "from the ankle: {place}");
+    // Shoes that are bound smoothly follow the shin by little, and their soles are in the floor by that when it leans.
+    let from_ankle = DVec3::new(0.0, -0.1, -0.12);
+    for share in [0.5, 0.15] {
+        let scene = with_twist_joints(&with_shoes(body(true), &[]), from_ankle, share);
+        let (shape, leg) = left_foot(&scene);
+        let back = shape.points.iter().find(|point| point.from_end.length() > 0.15 && point.shin > 0.0);
+        let back = back.unwrap_or_else(|| panic!("a share of the heel is the shin's: {:?}", shape.points));
+        assert!((back.shin - f64::from(share)).abs() < 1e-6, "{share} of it: {}", back.shin);
+        let rest = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+        let place = rest.transforms()[leg.shin].rotation * back.from_shin;
+        assert!(place.distance(from_ankle) < 1e-6, "from the ankle: {place}");
+    }
+}
+
+#[test]
+fn an_edge_that_follows_the_shin_is_the_lowest_when_that_leans_aside() {
+    // A little above the sole, beside the ankle: nothing else makes it the lowest.
+    let scene = with_twist_joints(&with_shoes(body(true), &[]), DVec3::new(0.05, -0.0995, 0.0), 0.2);
+    let (shape, _) = left_foot(&scene);
+    assert!(shape.points.iter().any(|point| point.shin > 0.0), "{:?}", shape.points);
 }
 
 #[test]
@@ -159,13 +167,8 @@ fn feet_that_are_meshes_without_a_skin_have_their_soles() {
     for has_toes in [true, false] {
         let shod = with_shoes(body(has_toes), &[]);
         let mut meshes = SkinVertices::default();
-        for joint in 0..shod.skeleton.len() {
-            for SkinPoint { position, weight } in shod.skin_points.of(joint) {
-                let joint = u32::try_from(joint).expect("few joints");
-                meshes.push(&mut vec![Influence { joint, weight: *weight, position: *position }], false);
-            }
-        }
-        let hung = Scene { skin_points: SkinPoints::default(), skin_vertices: meshes.into(), ..shod.clone() };
+        shod.skin_vertices.iter().for_each(|influences| meshes.push(&mut influences.to_vec(), false));
+        let hung = Scene { skin_vertices: meshes.into(), ..shod.clone() };
         let ((skinned, leg), (rigid, _)) = (left_foot(&shod), left_foot(&hung));
         assert!(rigid.is_from_mesh, "the meshes that hang on its joints");
         assert_eq!(places(&hung, &rigid, &leg), places(&shod, &skinned, &leg), "the same as with a skin");
@@ -198,13 +201,8 @@ fn a_foot_without_a_mesh_has_a_heel_and_toes() {
 #[test]
 fn a_mesh_far_below_the_foot_is_no_sole() {
     let mut scene = with_shoes(body(true), &[]);
-    let entries: Vec<(u32, SkinPoint)> = (0..scene.skeleton.len())
-        .flat_map(|joint| {
-            scene.skin_points.of(joint).iter().map(move |point| (u32::try_from(joint).expect("few"), *point))
-        })
-        .map(|(joint, point)| (joint, SkinPoint { position: point.position + Vec3::new(0.0, -0.9, -0.9), ..point }))
-        .collect();
-    scene.skin_points = SkinPoints::new(scene.skeleton.len(), &entries);
+    let moved = scene.skin_vertices.map(|one| one.position + Vec3::new(0.0, -0.9, -0.9));
+    scene.skin_vertices = moved.into();
     let (shape, _) = left_foot(&scene);
     assert!(!shape.is_from_mesh, "it is guessed from the joints");
 }

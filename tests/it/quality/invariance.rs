@@ -241,6 +241,7 @@ fn real_files_in_another_guise_move_the_same() {
         let mut scene = Figure::read(path).scene;
         // What is said of meshes and poses beside the nodes is in the axes and the unit of the file.
         scene.skin_points = Default::default();
+        scene.skin_vertices = Default::default();
         scene.bind_pose.clear();
         scene.clips.truncate(1);
         Guise::plain(scene)

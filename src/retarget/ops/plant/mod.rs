@@ -28,7 +28,11 @@ use crate::retarget::{
     },
     stages::builder::StackBuilder,
 };
-use crate::{model::Reporter, retarget::mapping::LimbPair, rig::FootPoint};
+use crate::{
+    model::{Reporter, rotation::smootherstep},
+    retarget::mapping::LimbPair,
+    rig::FootPoint,
+};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -50,6 +54,8 @@ use crate::retarget::stages::{
 
 /// A point of a foot that is slower stands still, for a leg of 1 m.
 const STILL_METERS_PER_SECOND: f64 = 0.05;
+/// A point that is slower than so many times that creeps, and one that is twice as fast slides.
+const CREEPS: f64 = 2.0;
 /// A foot that had to be moved faster than this to be held has not landed yet, for a leg of 1 m.
 const LANDING_METERS_PER_SECOND: f64 = 1.5;
 /// How far planted feet swing out beyond their goals between contacts, for a leg of 1 m.
@@ -169,12 +175,14 @@ impl PlantStage {
     /// What a point should move from a frame to the next, minus what it does.
     fn missing_step(&self, foot: &Foot, part: usize, frame: usize) -> DVec3 {
         let Some(of_source) = foot.source_step(part, frame) else { return DVec3::ZERO };
-        let wanted = match (foot.running_floor, self.op.mode) {
-            (Some(floor), _) => of_source + of_source.reject_from_normalized(self.up) * (floor.share - 1.0),
-            (None, PlantMode::Always) => DVec3::ZERO,
-            (None, _) => of_source,
+        let of_target = foot.target_step(part, frame);
+        let along = |step: DVec3| step.reject_from_normalized(self.up);
+        let less = match (foot.running_floor, self.op.mode) {
+            (Some(floor), _) => along(of_source) * (1.0 - floor.share),
+            (None, PlantMode::Always) => of_source,
+            (None, _) => foot.spared(part, frame, along(of_source), along(of_target)),
         };
-        wanted - foot.target_step(part, frame)
+        of_source - less - of_target
     }
 
     /// Fills in what is to be added to the goals of one contact, which begins at `first`. One that lasts longer than the period of a clip that
@@ -352,10 +360,25 @@ impl Foot {
         (first, last)
     }
 
+    /// The part of a slow step of the source's along the floor that the target's point does without: by itself it goes less far that way. A foot
+    /// that creeps, as the joints of a capture do below a foot that stands, is not made to creep farther on the target.
+    fn spared(&self, part: usize, frame: usize, of_source: DVec3, of_target: DVec3) -> DVec3 {
+        let Some(track) = self.track_of(part) else { return DVec3::ZERO };
+        let speed = f64::midpoint(track.speeds[frame], track.speeds[frame + 1]);
+        let creeps = 1.0 - smootherstep(speed / (CREEPS * self.still_speed).max(f64::MIN_POSITIVE) - 1.0);
+        let share = of_target.dot(of_source) / of_source.length_squared().max(f64::MIN_POSITIVE);
+        of_source * ((1.0 - share.clamp(0.0, 1.0)) * creeps)
+    }
+
     /// What the source's point moves from a frame to the next, scaled. A target without that point follows the source's end with its own.
     fn source_step(&self, part: usize, frame: usize) -> Option<DVec3> {
-        let track = if self.has_point[part] { &self.tracks[part] } else { &self.tracks[0] }.as_ref()?;
+        let track = self.track_of(part)?;
         Some((track.positions[frame + 1] - track.positions[frame]) * self.scale)
+    }
+
+    /// The source's point that a point of the target follows.
+    fn track_of(&self, part: usize) -> Option<&PointTrack> {
+        if self.has_point[part] { &self.tracks[part] } else { &self.tracks[0] }.as_ref()
     }
 
     /// What the goal's point moves.

@@ -44,15 +44,15 @@ fn planted(stage: &PlantStage, foot: &Foot, part: usize) -> (Vec<DVec3>, Vec<Cor
 
 #[test]
 fn a_foot_that_slides_beside_its_source_is_held() {
-    // The source stands from frame 10 to 30 and creeps by 1 mm a frame; the target slides by 1 cm a frame.
-    let source = (0..FRAMES).map(|frame| DVec3::Z * 0.001 * frame as f64).collect();
+    // The source touches from frame 10 to 30 and slides by 1 cm a frame; the target by as much to the side.
+    let source = (0..FRAMES).map(|frame| DVec3::Z * 0.01 * frame as f64).collect();
     let targets = (0..FRAMES).map(|frame| [DVec3::X * 0.01 * frame as f64; 3]).collect();
     let tracks = [track(source, 10..31), None, None];
     let foot = foot(2.0, tracks, targets);
     let (places, corrections) = planted(&stage(PlantMode::Auto), &foot, 0);
     for frame in 10..30 {
         let step = places[frame + 1] - places[frame];
-        assert!((step - DVec3::Z * 0.002).length() < 1e-12, "moves as the source does, scaled: {step}");
+        assert!((step - DVec3::Z * 0.02).length() < 1e-12, "moves as the source does, scaled: {step}");
     }
     assert!((places[20].x - 0.2).abs() < 1e-9, "stands where it deviates least: {}", places[20]);
     let leaving = PlantStage { leaves_height: true, ..stage(PlantMode::Auto) };
@@ -64,6 +64,22 @@ fn a_foot_that_slides_beside_its_source_is_held() {
     assert!(places[10].distance(places[30]) < 1e-12, "always: not at all");
     let (_, corrections) = planted(&stage(PlantMode::Grounding), &foot, 0);
     assert!(corrections.iter().all(|correction| correction.offset.length() < 1e-12), "grounding: may glide");
+}
+
+#[test]
+fn a_foot_creeps_no_farther_than_its_source_nor_than_by_itself() {
+    // By 1 mm a frame; scaled that is 2 mm.
+    let source: Vec<DVec3> = (0..FRAMES).map(|frame| DVec3::Z * 0.001 * frame as f64).collect();
+    for (own, wanted) in [(0.5, 0.5), (3.0, 2.0), (-1.0, 0.0)] {
+        let own = DVec3::new(10.0, 0.0, own) * 0.001;
+        let targets = (0..FRAMES).map(|frame| [own * frame as f64; 3]).collect();
+        let foot = foot(2.0, [track(source.clone(), 10..31), None, None], targets);
+        let (places, _) = planted(&stage(PlantMode::Auto), &foot, 0);
+        for frame in 10..30 {
+            let step = places[frame + 1] - places[frame];
+            assert!((step - DVec3::Z * wanted * 0.001).length() < 1e-12, "{wanted} mm the way of the source: {step}");
+        }
+    }
 }
 
 #[test]
@@ -103,11 +119,11 @@ fn the_ball_is_held_while_the_heel_lifts() {
 
 #[test]
 fn a_foot_that_always_stands_gets_nowhere_in_a_clip_that_is_repeated() {
-    // The source's foot shifts to and fro within ten frames and rests for half of them; the target's goals add up to 2 cm a period.
+    // The source's foot shifts to and fro within ten frames and rests for half of them; the target's goals add 2 cm a period to that.
     let sway =
         |frame: usize| if frame % 10 < 5 { 0.01 * (frame as f64 * std::f64::consts::TAU / 5.0).sin() } else { 0.0 };
     let source: Vec<DVec3> = (0..FRAMES).map(|frame| DVec3::Z * sway(frame)).collect();
-    let targets = (0..FRAMES).map(|frame| [DVec3::X * 0.002 * frame as f64; 3]).collect();
+    let targets = (0..FRAMES).map(|frame| [source[frame] + DVec3::X * 0.002 * frame as f64; 3]).collect();
     let foot = foot(1.0, [track(source, 0..FRAMES), None, None], targets);
     let offsets = |period: Option<usize>| -> Vec<DVec3> {
         let corrections = stage(PlantMode::Auto).corrections(&foot, &times(), period);
