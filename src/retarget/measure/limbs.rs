@@ -20,7 +20,7 @@ use crate::{
         ModelPose,
         rotation::{degrees, twist_angle},
     },
-    retarget::mapping::Mapping,
+    retarget::mapping::{LimbPair, Mapping},
     rig::{Limb, Rig, hands::Wrist, standing_floor},
 };
 
@@ -119,6 +119,8 @@ struct Whole {
     upper_side: Option<DVec3>,
     /// Of a foot.
     clearance: Option<Clearance>,
+    /// Whether the source says how it is turned.
+    is_known: bool,
 }
 
 /// The series of this family.
@@ -156,7 +158,9 @@ impl Limbs {
             let is_foot = role.ends_with("_foot");
             let upper_side = is_foot.then(|| upper_side(rigs.target, mapping, joint.target)).flatten();
             let clearance = if is_foot { Clearance::of_foot(rigs.target, size, mapping, joint, wanted) } else { None };
-            Some(Whole { role, joint: joint.target, turn: wanted.turn(joint), upper_side, clearance })
+            let is_stiff = |pair: &LimbPair| pair.has_stiff_foot && pair.target.end == joint.target;
+            let is_known = !mapping.limbs.iter().any(is_stiff);
+            Some(Whole { role, joint: joint.target, turn: wanted.turn(joint), upper_side, clearance, is_known })
         };
         let wholes = WHOLE.into_iter().filter_map(whole).collect();
         let arm = |&(arm, roles): &(Limb, [&'static str; 2])| Arm::find(rigs, size, mapping, (arm, roles), wanted);
@@ -294,7 +298,11 @@ impl Part {
 impl Whole {
     /// How much the turns differ. A foot that stands with heel and ball is right where it lies on the floor and heads where the source's does,
     /// however the source's foot was tilted in its rest pose; one that would be turned into the floor is right where it is as flat as it has to be.
+    /// Of a foot of which the source says nothing only its tilt is looked at, while it stands.
     fn degrees(&self, compared: &Compared, frame: usize, is_flat: bool) -> f64 {
+        if !self.is_known {
+            return self.tilt_degrees(compared, frame).filter(|_| is_flat).unwrap_or(f64::NAN);
+        }
         let difference = difference(compared, frame, self.turn);
         let whole = degrees(difference);
         let heading = || twist_angle(difference, DVec3::Y).abs().to_degrees();

@@ -284,7 +284,8 @@ const METRICS: [MetricInfo; 30] = [
         weight: 1.0,
         about: "difference of the turn of pelvis, head, hands and feet since the rest pose; of a foot that stands with heel and ball no more than its \
                 tilt on the floor and the difference of headings; of one that would be more than 2 cm in the floor at 1 m leg length if it were turned as \
-                the source's, what is beyond keeping it out; 95th percentile over frames and joints",
+                the source's, what is beyond keeping it out; of one of which the source says nothing only its tilt while it stands; 95th percentile over \
+                frames and joints",
     },
     MetricInfo {
         metric: MetricName::JerkRatio,

@@ -108,6 +108,29 @@ fn feet_that_nothing_is_known_of_stand_flat() {
     assert!(stack < MAX_TILT, "feet stand flat: {stack}, and {plain} without");
 }
 
+/// The shins of this capture turn by 60 degrees above a foot that stands, as the walker goes round a corner; the toes swept the floor by that.
+#[test]
+fn feet_that_nothing_is_known_of_stand_while_the_shin_turns() {
+    let (Some(source), Some(target)) =
+        (corpus_file("misc-rigs/17_keypoints_walk.fbx"), corpus_file("mixamo/gltf/Xbot.glb"))
+    else {
+        return;
+    };
+    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let clip = source.clip();
+    // How far the ball gets in a contact, in legs, of the contact in the middle of the worse half.
+    let swept = |spec: &str| -> f64 {
+        let ways = Feet::legs(&source.scene, clip, &target.scene, spec).into_iter().flat_map(|leg| {
+            let ball = &leg.target.points[1].0;
+            let contacts = leg.source.contacts(0, clip.times_seconds());
+            contacts.into_iter().map(|(first, last)| ball[first].distance(ball[last])).collect::<Vec<f64>>()
+        });
+        percentile(ways.collect(), 0.75)
+    };
+    let (plain, stack) = (swept(FK_ONLY), swept(STACK));
+    assert!(plain > 0.08 && stack < 0.05, "the ball gets {stack} legs far, and {plain} by rotations alone");
+}
+
 fn clip_of<'a>(scene: &'a Scene, name: Option<&str>) -> &'a Clip {
     let is_wanted = |clip: &&Clip| name.map_or(clip.is_animated(), |name| clip.name().contains(name));
     scene.clips.iter().find(is_wanted).expect("the clip")

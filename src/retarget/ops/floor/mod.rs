@@ -23,7 +23,7 @@ pub use self::spec::FloorOp;
 
 use crate::retarget::mapping::Ground;
 use crate::retarget::stages::stage::Stage;
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 use crate::model::rotation::smootherstep;
 use rayon::prelude::*;
@@ -45,7 +45,6 @@ use crate::retarget::stages::{
     contact_points::{ContactPoints, Part},
     posing::{Pose, Posing},
     temporal::runs,
-    two_bone::arc,
     work::Work,
 };
 
@@ -264,23 +263,6 @@ impl FloorStage {
         };
         self.feet.par_iter().enumerate().map(of_foot).collect()
     }
-
-    /// Sets feet flat, the shortest way, as much as they are held.
-    fn flatten(&self, alphas: &[f64], work: &mut Work<'_>) -> Result<(), Canceled> {
-        if self.feet.iter().all(|foot| foot.flat.is_none()) {
-            return Ok(());
-        }
-        let holds: Vec<Vec<f64>> = self.feet.iter().map(|foot| holds(foot.limb, work)).collect();
-        work.change_goals(self.limb_count, |_, frame, goals| {
-            for (foot, holds) in self.feet.iter().zip(&holds) {
-                let Some(flat) = foot.flat else { continue };
-                let goal = &mut goals[foot.limb];
-                let now = goal.rotation * flat;
-                let turn = arc(now, self.ground.up, now.any_orthonormal_vector());
-                goal.rotation = DQuat::IDENTITY.slerp(turn, holds[frame] * alphas[frame]) * goal.rotation;
-            }
-        })
-    }
 }
 
 impl FloorStage {
@@ -332,7 +314,6 @@ impl Stage for FloorStage {
         let width = self.feet.len();
         let alphas: Vec<f64> =
             (0..work.frame_count()).map(|frame| self.schedule.alpha_at(work.moment(frame))).collect();
-        self.flatten(&alphas, work)?;
         self.find_source_soles(work)?;
         self.find_resting(work)?;
         let rows = self.clearances(work)?;
@@ -414,6 +395,7 @@ pub(in crate::retarget) struct TiltStage(pub(in crate::retarget) FloorStage);
 
 impl Stage for TiltStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        self.0.flatten(work)?;
         self.0.tilt(work)
     }
 }

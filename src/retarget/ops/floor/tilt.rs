@@ -13,9 +13,12 @@ use crate::model::rotation::smootherstep;
 
 use crate::model::Canceled;
 
-use super::{Clearance, FloorFoot, FloorStage, PlacedFoot, Wanted, foot::Tilted, level::is_flat, lift::smooth_above};
+use super::{
+    Clearance, FloorFoot, FloorStage, PlacedFoot, Wanted, foot::Tilted, holds, level::is_flat, lift::smooth_above,
+};
 use crate::retarget::stages::{
     posing::Pose,
+    two_bone::arc,
     work::{Change, Changed, Work},
 };
 
@@ -34,6 +37,24 @@ const SURE_TILT: f64 = 0.25;
 const LITTLE_METERS: f64 = 1e-4;
 
 impl FloorStage {
+    /// Sets feet flat of which the source does not say how they are turned, the shortest way, as much as they are held.
+    pub(in crate::retarget) fn flatten(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        if self.feet.iter().all(|foot| foot.flat.is_none()) {
+            return Ok(());
+        }
+        let holds: Vec<Vec<f64>> = self.feet.iter().map(|foot| holds(foot.limb, work)).collect();
+        work.change_goals(self.limb_count, |work, frame, goals| {
+            let alpha = self.schedule.alpha_at(work.moment(frame));
+            for (foot, holds) in self.feet.iter().zip(&holds) {
+                let Some(flat) = foot.flat else { continue };
+                let goal = &mut goals[foot.limb];
+                let now = goal.rotation * flat;
+                let turn = arc(now, self.ground.up, now.any_orthonormal_vector());
+                goal.rotation = DQuat::IDENTITY.slerp(turn, holds[frame] * alpha) * goal.rotation;
+            }
+        })
+    }
+
     /// Turns the goals of feet.
     pub(in crate::retarget) fn tilt(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         self.find_source_soles(work)?;

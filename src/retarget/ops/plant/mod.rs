@@ -39,7 +39,7 @@ use rayon::prelude::*;
 use super::schedule::Schedule;
 use crate::model::Canceled;
 
-pub(in crate::retarget) use self::{fade::either, level::FootAxes};
+pub(in crate::retarget) use self::{fade::either, level::FootAxes, steady::Steadied};
 use self::{
     fade::fade,
     running_floor::{CARRIED_METERS, RunningFloor},
@@ -92,8 +92,8 @@ pub(in crate::retarget) struct PlantedFoot {
     pub(in crate::retarget) points: [Option<(usize, DVec3)>; 3],
     /// Front and left at rest in the axes of the end, of feet that may be leveled.
     pub(in crate::retarget) axes: Option<FootAxes>,
-    /// Size of the target's foot beside its leg over that of the source's; 1 where one has none.
-    pub(in crate::retarget) size_beside_leg: f64,
+    /// How much of its turns it loses while it stands.
+    pub(in crate::retarget) steadied: Steadied,
     /// Below this speed a point of the source stands still, in plan units per second.
     pub(in crate::retarget) still_speed: f64,
     /// A foot that is moved faster than this where it is held is in the air, in plan units per second.
@@ -406,7 +406,7 @@ fn plant_stage(stack: &StackBuilder<'_>, op: &PlantOp, resolved: &ResolvedOp) ->
         ball: stack.limb(limb).target.ball.map(|ball| posing.slot(ball)),
         points: points(limb).map(|point| point.map(|point| (posing.slot(point.joint), point.offset))),
         axes: foot_axes(stack, limb),
-        size_beside_leg: size_beside_leg(stack, limb),
+        steadied: steadied(stack, limb),
         still_speed: STILL_METERS_PER_SECOND * stack.legs().0,
         landing_speed: LANDING_METERS_PER_SECOND * stack.legs().1,
         swing: SWING_METERS * stack.legs().1,
@@ -434,16 +434,20 @@ fn foot_axes(stack: &StackBuilder<'_>, limb: usize) -> Option<FootAxes> {
     Some(FootAxes { front, left: up.cross(front) })
 }
 
-/// How large the target's foot is beside its leg, for a source of 1; by the parts that both have.
-fn size_beside_leg(stack: &StackBuilder<'_>, limb: usize) -> f64 {
+/// What a foot loses of its turns: by how large the target's is beside its leg, for a source of 1 and by the parts that both have.
+fn steadied(stack: &StackBuilder<'_>, limb: usize) -> Steadied {
     let pair = stack.limb(limb);
-    let sizes = pair.source.sole.zip(pair.target.sole).filter(|_| !pair.has_stiff_foot).map(|(source, target)| {
+    if pair.has_stiff_foot {
+        return Steadied::of_stiff_foot();
+    }
+    let sizes = pair.source.sole.zip(pair.target.sole).map(|(source, target)| {
         let both =
             foot_parts(&source).into_iter().zip(foot_parts(&target)).filter_map(|(source, target)| source.zip(target));
         both.fold((0.0_f64, 0.0_f64), |sizes, parts| (sizes.0.max(parts.0.abs()), sizes.1.max(parts.1.abs())))
     });
     let (source, target) = sizes.unwrap_or_default();
-    if source > 0.0 && target > 0.0 { target / source / stack.rest(limb).length_ratio } else { 1.0 }
+    let is_known = source > 0.0 && target > 0.0;
+    Steadied::of_size(if is_known { target / source / stack.rest(limb).length_ratio } else { 1.0 })
 }
 
 impl OpWork for PlantOp {

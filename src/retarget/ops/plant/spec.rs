@@ -29,7 +29,8 @@ pub struct PlantOp {
     /// not the source's: rest poses with legs apart often have their feet on edge. By 3° nothing is done, from 8° on all.
     pub level: bool,
     /// Whether feet that are larger beside their legs than the source's turn less while they stand, by as much as they are larger:
-    /// small turns would carry ankle and toes farther. At most 10° are taken off, and none of a foot that rolls or turns far.
+    /// small turns would carry ankle and toes farther. At most 10° are taken off, and none of a foot that rolls or turns far. Feet of which the
+    /// source does not say how they are turned stay up to 29° behind the shin while they stand.
     pub steady: bool,
     /// Whether the pelvis is moved, or turned, where a held foot is out of reach.
     pub pull_pelvis: bool,

@@ -4,6 +4,9 @@
 //! angle carries ankle and toes farther beside the leg, by as much as it is larger. So while it stands its turns away from how it
 //! stands are divided by that. What is taken off is a few degrees at the most: a foot that rolls, or turns about its ball, does so
 //! as the source's does.
+//!
+//! A foot of which the source says nothing turns with the shin above it, which turns by 60 degrees while a walk goes round a corner. It keeps
+//! how it stands, and goes along with what an ankle does not give.
 
 use glam::{DQuat, DVec3};
 
@@ -27,14 +30,51 @@ const STANDS: f64 = 0.2;
 const TURNS: f64 = 0.6;
 const TURNS_FADE: f64 = 1.0;
 
+/// What an ankle gives, in radians: a foot of which the source says nothing stays so far behind its shin at most.
+const ANKLE_GIVES: f64 = 0.5;
+
+/// How much of its turns a foot loses while it stands.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::retarget) struct Steadied {
+    /// The share that is taken off small turns; nothing is taken off by 0.
+    share: f64,
+    /// At most this much counts of a turn, radians.
+    most: f64,
+    /// From this turn on a foot is free, radians.
+    free_from: f64,
+}
+
+impl Steadied {
+    /// A foot that is so much larger beside its leg than the source's.
+    pub(in crate::retarget) fn of_size(beside_leg: f64) -> Self {
+        Self { share: 1.0 - beside_leg.max(1.0).recip(), most: STANDS, free_from: TURNS }
+    }
+
+    /// A foot of which the source does not say how it is turned.
+    pub(in crate::retarget) fn of_stiff_foot() -> Self {
+        Self { share: 1.0, most: ANKLE_GIVES, free_from: std::f64::consts::FRAC_PI_2 }
+    }
+
+    /// What is taken off a turn, as a rotation vector.
+    fn of_turn(&self, turn: DQuat) -> DVec3 {
+        let turn = if turn.w < 0.0 { -turn } else { turn };
+        let vector = turn.to_scaled_axis();
+        let angle = vector.length();
+        if angle <= 0.0 {
+            return DVec3::ZERO;
+        }
+        let counts = 1.0 - smootherstep((angle - self.free_from) / TURNS_FADE);
+        vector * (self.share * self.most * (angle / self.most).tanh() * counts / angle)
+    }
+}
+
 /// How the end of a foot and its toes are turned, in plan space.
 type Turned = [DQuat; 2];
 
 impl PlantStage {
     /// Takes turns off feet that stand.
     pub(in crate::retarget) fn steady(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let is_large = |foot: &&PlantedFoot| foot.size_beside_leg > 1.0;
-        let feet: Vec<&PlantedFoot> = self.feet.iter().filter(is_large).collect();
+        let feet: Vec<&PlantedFoot> = self.feet.iter().filter(|foot| foot.steadied.share > 0.0).collect();
         if feet.is_empty() || !self.op.steady || self.op.mode == PlantMode::Grounding {
             return Ok(());
         }
@@ -49,8 +89,7 @@ impl PlantStage {
         let rests = |(index, foot): (usize, &&PlantedFoot)| -> Vec<[DVec3; 2]> {
             let of_part = |part: usize| -> Vec<DVec3> {
                 let turned: Vec<DQuat> = rows.iter().skip(index).step_by(width).map(|row| row[part]).collect();
-                let share = 1.0 - foot.size_beside_leg.recip();
-                self.taken_off(&turned, &work.contacts, foot.limb, work.performed).map(|turn| turn * share).collect()
+                self.taken_off(&turned, &work.contacts, foot, work.performed).collect()
             };
             let (ends, toes) = (of_part(0), of_part(1));
             ends.into_iter().zip(toes).map(|(end, toes)| [end, toes]).collect()
@@ -102,18 +141,18 @@ impl PlantStage {
         [goal, toes]
     }
 
-    /// What is taken off the turns of a foot or its toes if they have no size: fully in contacts, and less and less around them.
+    /// What is taken off the turns of a foot or its toes: fully in contacts, and less and less around them.
     fn taken_off(
         &self,
         turned: &[DQuat],
         contacts: &ContactPoints,
-        limb: usize,
+        foot: &PlantedFoot,
         times: &[f64],
     ) -> impl Iterator<Item = DVec3> + use<> {
         let mut sums = vec![(DVec3::ZERO, 0.0, 0.0); turned.len()];
-        let touches: Vec<bool> = (0..turned.len()).map(|frame| contacts.touches(limb, frame)).collect();
+        let touches: Vec<bool> = (0..turned.len()).map(|frame| contacts.touches(foot.limb, frame)).collect();
         let lies = |frame: &usize| {
-            let touches = |part: Part| contacts.find(limb, part).is_some_and(|point| point.touches[*frame]);
+            let touches = |part: Part| contacts.find(foot.limb, part).is_some_and(|point| point.touches[*frame]);
             touches(Part::End) && touches(Part::Ball)
         };
         for (first, last) in runs(&touches) {
@@ -126,7 +165,7 @@ impl PlantStage {
             let fading = before.take_while(|(_, hold)| *hold > 0.0).chain(after.take_while(|(_, hold)| *hold > 0.0));
             for (frame, hold) in fading.chain((first..=last).map(|frame| (frame, 1.0))) {
                 let (sum, weights, holds) = &mut sums[frame];
-                *sum += quiet(turned[frame] * stands) * hold;
+                *sum += foot.steadied.of_turn(turned[frame] * stands) * hold;
                 *weights += hold;
                 *holds = either(*holds, hold);
             }
@@ -147,38 +186,43 @@ fn standing(turned: &[DQuat], frames: impl Iterator<Item = usize> + Clone) -> DQ
     if sum.length_squared() > 0.0 { sum.normalize() } else { first }
 }
 
-/// The part of a turn that counts as one of a foot that stands, as a rotation vector.
-fn quiet(turn: DQuat) -> DVec3 {
-    let turn = if turn.w < 0.0 { -turn } else { turn };
-    let vector = turn.to_scaled_axis();
-    let angle = vector.length();
-    if angle <= 0.0 {
-        return DVec3::ZERO;
-    }
-    let stands = STANDS * (angle / STANDS).tanh() * (1.0 - smootherstep((angle - TURNS) / TURNS_FADE));
-    vector * (stands / angle)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Nearly all is taken off a foot of endless size.
+    const LARGEST: Steadied = Steadied { share: 1.0, most: STANDS, free_from: TURNS };
+
     #[test]
     fn small_turns_are_those_of_a_foot_that_stands() {
         let turn = DVec3::new(0.3, -0.2, 0.5).normalize() * 0.03;
-        let found = quiet(DQuat::from_scaled_axis(turn));
+        let found = LARGEST.of_turn(DQuat::from_scaled_axis(turn));
         assert!(found.distance(turn) < 0.01 * turn.length(), "nearly all of {turn}: {found}");
-        assert!(quiet(-DQuat::from_scaled_axis(turn)).distance(found) < 1e-12, "whichever quaternion says so");
-        assert_eq!(quiet(DQuat::IDENTITY), DVec3::ZERO, "none");
+        assert!(
+            LARGEST.of_turn(-DQuat::from_scaled_axis(turn)).distance(found) < 1e-12,
+            "whichever quaternion says so"
+        );
+        assert_eq!(LARGEST.of_turn(DQuat::IDENTITY), DVec3::ZERO, "none");
+        let twice = Steadied::of_size(2.0).of_turn(DQuat::from_scaled_axis(turn));
+        assert!(twice.distance(found / 2.0) < 1e-12, "half of it of a foot of twice the size");
+        assert_eq!(Steadied::of_size(0.5).share, 0.0, "none of a smaller one");
     }
 
     #[test]
     fn a_foot_that_turns_far_is_free() {
-        let found = |angle: f64| quiet(DQuat::from_rotation_y(angle)).y;
+        let found = |angle: f64| LARGEST.of_turn(DQuat::from_rotation_y(angle)).y;
         let angles: Vec<f64> = (0..300).map(|step| f64::from(step) * 0.01).collect();
         assert!(angles.iter().all(|angle| (0.0..=STANDS).contains(&found(*angle))), "never more than a little");
         assert!(angles.windows(2).all(|pair| (found(pair[1]) - found(pair[0])).abs() < 0.011), "never at once");
         assert_eq!([found(1.7), found(3.1), found(-3.1)], [0.0; 3], "from a quarter turn on nothing");
+    }
+
+    #[test]
+    fn a_foot_that_nothing_is_known_of_stays_behind_its_shin_by_what_an_ankle_gives() {
+        let left = |angle: f64| angle - Steadied::of_stiff_foot().of_turn(DQuat::from_rotation_y(angle)).y;
+        assert!(left(0.3) < 0.04, "it stands: {}", left(0.3));
+        assert!((left(1.5) - 1.0).abs() < 0.01, "it goes along: {}", left(1.5));
+        assert!((left(3.0) - 3.0).abs() < 1e-12, "nobody stands like that: {}", left(3.0));
     }
 
     #[test]
