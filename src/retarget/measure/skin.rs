@@ -18,6 +18,10 @@ use crate::{
 
 /// The share of a vertex that the joints of a foot move if it is one of the foot's.
 const SHARE_OF_FOOT: f32 = 0.5;
+/// The way over the floor is that of vertices that the foot moves by this share, where there are so many: the heel of a soft mesh is pulled along
+/// by the shin, whatever the foot does, and nobody takes that for a slide.
+const SHARE_OF_SOLE: f32 = 0.9;
+const FEW_OF_SOLE: usize = 4;
 /// Fewer vertices are no foot.
 const FEW_VERTICES: usize = 8;
 /// Vertices this much above the lowest one at rest can touch the floor, in leg lengths, and how many of them are followed.
@@ -213,11 +217,11 @@ impl FootParts {
         let influences = chosen.iter().flatten().flat_map(|&vertex| skin.of(vertex));
         let joints = rig.skeleton().with_ancestors(influences.map(|one| one.joint as usize));
         let shares = |vertex: usize| skin.of(vertex).iter().map(|one| Share::of(one, &joints)).collect::<Vec<Share>>();
-        let part = |vertices: &Vec<usize>| Part {
+        let part = |(wanted, vertices): (&WantedPart, &Vec<usize>)| Part {
             vertices: VertexSet::of_skin(rig, vertices, &joints, leg),
-            sole: sole(rig, skin, vertices, leg).into_iter().map(shares).collect(),
+            sole: wanted.sole(rig, skin, vertices, leg).into_iter().map(shares).collect(),
         };
-        let parts = chosen.iter().map(part).collect();
+        let parts = wanted.iter().zip(&chosen).map(part).collect();
         Some(Self { joints, parts })
     }
 }
@@ -253,21 +257,42 @@ fn step(before: &[DVec3], now: &[DVec3], touch: f64) -> Option<Step> {
 
 impl WantedPart {
     fn choose(&self, rig: &Rig<'_>, skin: &SkinVertices) -> Vec<usize> {
+        let shares = self.shares(rig, skin);
+        let vertices = (0..skin.len()).filter(|&vertex| shares(vertex) >= SHARE_OF_FOOT);
+        match self.half {
+            None => vertices.collect(),
+            Some(half) => vertices.filter(|vertex| half.has(rig, skin.place(*vertex, &rig.rest))).collect(),
+        }
+    }
+
+    /// By how much the joints of the foot, and those below them, move a vertex.
+    fn shares<'a>(&self, rig: &Rig<'_>, skin: &'a SkinVertices) -> impl Fn(usize) -> f32 + use<'a> {
         let skeleton = rig.skeleton();
         let mut is_foot = vec![false; skeleton.len()];
         for joint in 0..skeleton.len() {
             let is_below = skeleton.parent(joint).is_some_and(|parent| is_foot[parent]);
             is_foot[joint] = is_below || self.joints.contains(&joint);
         }
-        let is_of_foot = |vertex: &usize| {
-            let own = skin.of(*vertex).iter().filter(|one| is_foot[one.joint as usize]);
-            own.map(|one| one.weight).sum::<f32>() >= SHARE_OF_FOOT
-        };
-        let vertices = (0..skin.len()).filter(is_of_foot);
-        match self.half {
-            None => vertices.collect(),
-            Some(half) => vertices.filter(|vertex| half.has(rig, skin.place(*vertex, &rig.rest))).collect(),
+        move |vertex| {
+            let own = skin.of(vertex).iter().filter(|one| is_foot[one.joint as usize]);
+            own.map(|one| one.weight).sum()
         }
+    }
+
+    /// The lowest vertices at rest of those that the foot moves alone, evenly thinned out.
+    fn sole(&self, rig: &Rig<'_>, skin: &SkinVertices, vertices: &[usize], leg: f64) -> Vec<usize> {
+        let height = |vertex: usize| skin.place(vertex, &rig.rest).dot(rig.up()) * rig.unit_meters;
+        let heights: Vec<f64> = vertices.iter().map(|&vertex| height(vertex)).collect();
+        let most = heights.iter().copied().fold(f64::INFINITY, f64::min) + SOLE * leg;
+        let low = vertices.iter().zip(heights).filter(|(_, height)| *height <= most).map(|(vertex, _)| *vertex);
+        let mut low: Vec<usize> = low.collect();
+        let shares = self.shares(rig, skin);
+        let firm: Vec<usize> = low.iter().copied().filter(|&vertex| shares(vertex) >= SHARE_OF_SOLE).collect();
+        if firm.len() >= FEW_OF_SOLE {
+            low = firm;
+        }
+        let count = low.len().min(MAX_FOLLOWED);
+        (0..count).map(|index| low[low.len() * index / count]).collect()
     }
 }
 
@@ -277,17 +302,6 @@ impl Half {
         let along = (ball - ankle).reject_from_normalized(rig.up());
         ((place - ball).dot(along) >= 0.0) == self.is_front
     }
-}
-
-/// The lowest vertices at rest, evenly thinned out.
-fn sole(rig: &Rig<'_>, skin: &SkinVertices, vertices: &[usize], leg: f64) -> Vec<usize> {
-    let height = |vertex: usize| skin.place(vertex, &rig.rest).dot(rig.up()) * rig.unit_meters;
-    let heights: Vec<f64> = vertices.iter().map(|&vertex| height(vertex)).collect();
-    let most = heights.iter().copied().fold(f64::INFINITY, f64::min) + SOLE * leg;
-    let low: Vec<usize> =
-        vertices.iter().zip(heights).filter(|(_, height)| *height <= most).map(|(vertex, _)| *vertex).collect();
-    let count = low.len().min(MAX_FOLLOWED);
-    (0..count).map(|index| low[low.len() * index / count]).collect()
 }
 
 #[cfg(test)]

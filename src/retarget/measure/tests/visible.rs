@@ -104,6 +104,39 @@ fn a_mesh_that_slides_says_how_far() {
 }
 
 #[test]
+fn a_soft_heel_that_the_shin_pulls_along_does_not_slide() {
+    let mut scene = shod(0.0);
+    let pose = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+    let mut vertices = SkinVertices::default();
+    for influences in scene.skin_vertices.iter() {
+        let mut influences = influences.to_vec();
+        let one = influences[0];
+        let foot = &pose.transforms()[one.joint as usize];
+        let place = foot.transform_point(one.position.as_dvec3());
+        if place.z < foot.translation.z - 0.04 {
+            let shin = scene.skeleton.parent(one.joint as usize).expect("a shin");
+            let from_shin = pose.transforms()[shin].relative(&Transform::from_translation(place)).translation;
+            #[expect(clippy::cast_possible_truncation, reason = "a joint")]
+            let pulled = Influence { joint: shin as u32, weight: 0.4, position: from_shin.as_vec3() };
+            influences = vec![Influence { weight: 0.6, ..one }, pulled];
+        }
+        vertices.push(&mut influences, true);
+    }
+    scene.skin_vertices = Arc::new(vertices);
+    // Shins turn about themselves, and feet stay.
+    let twisting = clip(&scene.skeleton, 31, |frame, pose| {
+        for side in ["Left", "Right"] {
+            let (foot, rest) = joint(&scene.skeleton, &format!("mixamorig:{side}Foot"));
+            let twist = DQuat::from_axis_angle(rest.translation.normalize(), 0.6 * frame as f64 / 30.0);
+            turn(pose, &scene.skeleton, &format!("mixamorig:{side}Leg"), twist);
+            pose.transforms_mut()[foot].rotation = twist.conjugate() * rest.rotation;
+        }
+    });
+    let measures = measured(&scene, &standing(&scene, 31), &twisting, ReportDetail::Summary);
+    close(value(&measures, MetricName::FootSlide), 0.0, 0.05, "the foot stands");
+}
+
+#[test]
 fn soles_that_sweep_as_a_foot_without_a_mesh_does_are_forgiven() {
     let (bones, shoes) = (walker(), shod(0.0));
     // A foot that turns about its ankle and back within a second. Its toes go to the side and back.
