@@ -130,6 +130,20 @@ fn feet_stay_where_they_stand_while_a_body_sits_down() {
     assert!(way < 0.02, "the right foot goes {way} m along the floor");
 }
 
+/// The same boxer squats as he gets up, with his trunk a tenth of a leg over the floor: figures that are slimmer sank onto their knees.
+#[test]
+fn a_body_that_squats_stands_on_its_feet() {
+    let files = ["bvh/cmu/boxing_toes_row_mismatch.bvh", "unreal/mannequiny.glb"];
+    let [Some(source), Some(target)] = files.map(corpus_file) else { return };
+    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
+    let measures = measured(&from, &onto, &moved(&from, &onto));
+    for limb in ["left_thigh", "left_shin", "right_thigh", "right_shin"] {
+        let off = measures.limb_directions[limb].max_degrees;
+        assert!(off < 20.0, "{limb} is off by {off} degrees");
+    }
+}
+
 /// A figure with a trunk as thick as its legs are long.
 #[test]
 fn a_chibi_that_lies_lays_others_down() {

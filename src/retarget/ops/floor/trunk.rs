@@ -24,6 +24,10 @@ const RESTS_LEGS: f64 = 0.06;
 const RESTS_FADE_LEGS: f64 = 0.4;
 const RESTS_SHARE: f64 = 0.15;
 const RESTS_FADE_SHARE: f64 = 0.6;
+/// The same of a trunk that would be moved down: a figure that squats stands on its feet, and legs that are folded do not fold any farther. And
+/// from which move on that counts, in legs.
+const SINKS_FADE_LEGS: f64 = 0.06;
+const SINKS_LEGS: f64 = 0.03;
 /// A pelvis that is higher carries no trunk that rests, as a share of how high it is at rest, and over how much that begins: most clips are
 /// done with that.
 const UPRIGHT_SHARE: f64 = 0.85;
@@ -97,6 +101,9 @@ impl Trunks {
                 let lowest = self.target.lowest(|slot| &poses.1.model[slot], ground.up) - ground.target_floor;
                 let target = lowest - sunk * target_leg;
                 let wanted = if is_same { source } else { source.max(deepest) };
+                let sinking = bent * (1.0 - smootherstep((source - begin) / fade.min(SINKS_FADE_LEGS)));
+                let sinks = smootherstep((target / target_leg - wanted) / SINKS_LEGS);
+                let share = share + (sinking - share) * sinks;
                 row[0] = DVec2::new(share, share * (wanted * target_leg - target));
             }
         };
