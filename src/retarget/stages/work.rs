@@ -42,12 +42,28 @@ pub(in crate::retarget) struct Work<'a> {
     pub(in crate::retarget) limited: Vec<LimitedJoint>,
 }
 
-/// How much the trunk of the source rests on the floor at a frame, 0 to 1, and how far the target's is moved up for that: that share of
-/// what it is off by. Both smooth over time.
+/// How much the trunk of the source rests on the floor at a frame. Smooth over time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::retarget) struct Resting {
+    /// It lies there, and decides how high the pelvis is.
+    pub(in crate::retarget) decides: RestingPart,
+    /// It is near the floor, or lies there.
+    pub(in crate::retarget) near: RestingPart,
+}
+
+/// By how much a trunk rests, 0 to 1, and how far the target's is moved up for that: that share of what it is off by.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::retarget) struct RestingPart {
     pub(in crate::retarget) share: f64,
     pub(in crate::retarget) shift: f64,
+}
+
+impl Resting {
+    /// How far the pelvis is moved up where feet ask for so much.
+    pub(in crate::retarget) fn shift(&self, of_feet: f64) -> f64 {
+        let of = |part: &RestingPart| of_feet + part.shift - of_feet * part.share;
+        of(&self.decides).max(of(&self.near))
+    }
 }
 
 /// What a `limits` op took back at one joint.

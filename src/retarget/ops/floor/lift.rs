@@ -112,8 +112,7 @@ impl FloorStage {
         }
         let mut shifts = straight(&known, work.performed);
         for (frame, shift) in shifts.iter_mut().enumerate() {
-            let resting = work.resting(frame);
-            *shift += resting.shift - *shift * resting.share;
+            *shift = work.resting(frame).shift(*shift);
         }
         shifts
     }

@@ -276,7 +276,7 @@ impl FloorStage {
     ) -> Result<(), Canceled> {
         let up = self.ground.up;
         work.change_goals(self.limb_count, |work, frame, goals| {
-            let resting = work.resting(frame).share;
+            let resting = work.resting(frame).decides.share;
             for (&limb, lifts) in self.goal_limbs.iter().zip(lifts) {
                 let (lift, goal) = (lifts[frame], &mut goals[limb]);
                 let foot = self.feet.iter().position(|foot| foot.limb == limb);
@@ -321,7 +321,7 @@ impl Stage for FloorStage {
         let levels = self.levels(&rows, standing, work);
         let holds = self.holds(&rows, &levels, standing, work);
         let wanted = |foot: usize, frame: usize, clearance: &Clearance| {
-            self.wanted((foot, frame), clearance, &levels, holds[foot][frame], work.resting(frame).share)
+            self.wanted((foot, frame), clearance, &levels, holds[foot][frame], work.resting(frame).decides.share)
         };
         let is_touching = standing.is_some();
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {

@@ -81,7 +81,7 @@ impl FloorStage {
         let holds = self.holds(&rows, &levels, standing, work);
         let wanted = |foot: usize, frame: usize| {
             let clearance = &rows[frame * width + foot];
-            self.wanted((foot, frame), clearance, &levels, holds[foot][frame], work.resting(frame).share)
+            self.wanted((foot, frame), clearance, &levels, holds[foot][frame], work.resting(frame).decides.share)
         };
         // Where a foot stands on its whole sole, what it is off by is lifted; only what it is off by beside that is tilt. Else a foot
         // whose floor is too low or too high in the capture would land flat where the source's lands on its heel.
@@ -125,7 +125,7 @@ impl FloorStage {
                 let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
                 let wanted = wanted(index, frame).shifted(self.ground.target_floor - lifts[index][frame]);
                 let turned = self.needed_turn(foot, &placed, wanted, holds[index][frame]);
-                let stands = 1.0 - work.resting(frame).share;
+                let stands = 1.0 - work.resting(frame).decides.share;
                 *turn = turned * self.schedule.alpha_at(work.moment(frame)) * stands;
             }
         };

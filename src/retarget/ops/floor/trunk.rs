@@ -13,7 +13,7 @@ use crate::{
         stages::{
             posing::{Pose, Posing},
             temporal::smoothed,
-            work::{Resting, Work},
+            work::{Resting, RestingPart, Work},
         },
     },
 };
@@ -24,10 +24,9 @@ const RESTS_LEGS: f64 = 0.06;
 const RESTS_FADE_LEGS: f64 = 0.4;
 const RESTS_SHARE: f64 = 0.15;
 const RESTS_FADE_SHARE: f64 = 0.6;
-/// The same of a trunk that would be moved down: a figure that squats stands on its feet, and legs that are folded do not fold any farther. And
-/// from which move on that counts, in legs.
-const SINKS_FADE_LEGS: f64 = 0.06;
-const SINKS_LEGS: f64 = 0.03;
+/// Over so much a trunk that rests begins to decide alone. Where it is only near the floor, it raises the pelvis beyond what feet ask for: a
+/// figure that squats stands on them, and legs that are folded do not fold any farther.
+const DECIDES_FADE_LEGS: f64 = 0.06;
 /// A pelvis that is higher carries no trunk that rests, as a share of how high it is at rest, and over how much that begins: most clips are
 /// done with that.
 const UPRIGHT_SHARE: f64 = 0.85;
@@ -95,24 +94,27 @@ impl Trunks {
             let sunk = sunk(frame) / source_leg;
             let lowest = self.source.lowest(|slot| &poses.0.model[slot], ground.up) - ground.source_floor;
             let source = lowest / source_leg - sunk;
-            let share = bent * (1.0 - smootherstep((source - begin) / fade));
-            if share > 0.0 {
+            let share = |fade: f64| bent * (1.0 - smootherstep((source - begin) / fade));
+            if share(fade) > 0.0 {
                 self.target.posing.fill_model(&mut poses.1, &work.target, frame);
                 let lowest = self.target.lowest(|slot| &poses.1.model[slot], ground.up) - ground.target_floor;
                 let target = lowest - sunk * target_leg;
                 let wanted = if is_same { source } else { source.max(deepest) };
-                let sinking = bent * (1.0 - smootherstep((source - begin) / fade.min(SINKS_FADE_LEGS)));
-                let sinks = smootherstep((target / target_leg - wanted) / SINKS_LEGS);
-                let share = share + (sinking - share) * sinks;
-                row[0] = DVec2::new(share, share * (wanted * target_leg - target));
+                let off = DVec2::new(1.0, wanted * target_leg - target);
+                row.copy_from_slice(&[off * share(fade.min(DECIDES_FADE_LEGS)), off * share(fade)]);
             }
         };
-        let rows = work.rows(1, || (self.source.posing.pose(), self.target.posing.pose()), fill)?;
+        let rows = work.rows(2, || (self.source.posing.pose(), self.target.posing.pose()), fill)?;
+        let over_time = |index: usize| -> Vec<DVec2> {
+            let values: Vec<DVec2> = rows.iter().skip(index).step_by(2).copied().collect();
+            smoothed(&values, work.performed, RESTING_SECONDS)
+        };
         if rows.iter().all(|row| row.x < 1.0) {
             return Ok(Vec::new());
         }
-        let smooth = smoothed(&rows, work.performed, RESTING_SECONDS);
-        Ok(smooth.into_iter().map(|row| Resting { share: row.x, shift: row.y }).collect())
+        let part = |value: DVec2| RestingPart { share: value.x, shift: value.y };
+        let both = over_time(0).into_iter().zip(over_time(1));
+        Ok(both.map(|(decides, near)| Resting { decides: part(decides), near: part(near) }).collect())
     }
 }
 
