@@ -76,22 +76,22 @@ fn part_of(foot: &Foot<'_, '_>, joint: usize) -> Option<usize> {
 fn vertices(foot: &Foot<'_, '_>) -> Vec<SupportPoint> {
     let parts: Vec<Option<usize>> = (0..foot.side.skeleton().len()).map(|joint| part_of(foot, joint)).collect();
     let vertices = &foot.side.scene.skin_vertices;
-    let of = |influences: &[Influence]| {
-        let is_below = |one: &Influence| matches!(parts[one.joint as usize], Some(FOOT | TOES));
-        let held: f32 = influences.iter().filter(|one| is_below(one)).map(|one| one.weight).sum();
-        (held >= SkinPoints::MIN_WEIGHT).then(|| vertex(foot, influences, &parts))
+    let is_of_foot = |influences: &&[Influence]| {
+        let is_below = |one: &&Influence| matches!(parts[one.joint as usize], Some(FOOT | TOES));
+        influences.iter().filter(is_below).map(|one| one.weight).sum::<f32>() >= SkinPoints::MIN_WEIGHT
     };
-    let mut found: Vec<([i64; 3], SupportPoint)> = vertices.skinned().filter_map(of).collect();
+    let of = |influences: &[Influence]| vertex(foot, influences, &parts);
+    let mut found: Vec<([i64; 3], SupportPoint)> = vertices.skinned().filter(is_of_foot).filter_map(of).collect();
     if found.is_empty() {
-        found = vertices.rigid().filter_map(of).collect();
+        found = vertices.rigid().filter(is_of_foot).filter_map(of).collect();
     }
     found.sort_by_key(|(cell, _)| *cell);
     found.dedup_by_key(|(cell, _)| *cell);
     found.into_iter().map(|(_, point)| point).collect()
 }
 
-/// A vertex from what foot, toes and shin say of it, and a cell of the place at which it was bound.
-fn vertex(foot: &Foot<'_, '_>, influences: &[Influence], parts: &[Option<usize>]) -> ([i64; 3], SupportPoint) {
+/// A vertex from what foot, toes and shin say of it, and a cell of the place at which it was bound; nothing of one that is the shin's.
+fn vertex(foot: &Foot<'_, '_>, influences: &[Influence], parts: &[Option<usize>]) -> Option<([i64; 3], SupportPoint)> {
     let (bind_pose, rest) = (&foot.side.scene.bind_pose, foot.side.rest.transforms());
     let (mut seen, mut bound) = ([Seen::default(); 3], DVec3::ZERO);
     for one in influences {
@@ -103,7 +103,7 @@ fn vertex(foot: &Foot<'_, '_>, influences: &[Influence], parts: &[Option<usize>]
         }
     }
     let [of_foot, of_toes, of_shin] = seen;
-    let place = of_foot.place().or_else(|| of_toes.place()).unwrap_or(bound);
+    let place = of_foot.place().or_else(|| of_toes.place())?;
     let weight = of_foot.weight + of_toes.weight + of_shin.weight;
     let mut point = foot.support(place, of_toes.weight / weight);
     point.shin = of_shin.weight / weight;
@@ -113,7 +113,7 @@ fn vertex(foot: &Foot<'_, '_>, influences: &[Influence], parts: &[Option<usize>]
     if let Some(place) = of_shin.place() {
         point.from_shin = foot.offset_in_shin(place);
     }
-    ((bound / (SAME_PLACE * foot.length)).round().as_i64vec3().to_array(), point)
+    Some(((bound / (SAME_PLACE * foot.length)).round().as_i64vec3().to_array(), point))
 }
 
 /// The vertices that lie about the foot.

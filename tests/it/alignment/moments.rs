@@ -50,12 +50,8 @@ fn captures_without_a_rest_pose_have_none_in_other_formats_either() {
 /// The left foot of its first frame swings with its toes below the ankle, or even behind it.
 #[test]
 fn a_foot_that_swings_in_the_frame_that_is_measured_from_stands_flat_when_it_lands() {
-    let (Some(source), Some(target)) =
-        (corpus_file("bvh/bandai-namco/dataset-1_walk_normal_001.bvh"), corpus_file("readyplayerme/rpm_avatar_a.glb"))
-    else {
-        return;
-    };
-    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let files = ["bvh/bandai-namco/dataset-1_walk_normal_001.bvh", "readyplayerme/rpm_avatar_a.glb"];
+    let Some([source, target]) = Figure::of_corpus(files) else { return };
     let clip = retargeted(&source.scene, &target.scene, source.clip(), &spec(json!({})));
     let rest = world(target.skeleton(), None);
     for side in ["left", "right"] {

@@ -42,11 +42,8 @@ fn feet_in_the_air_stand_on_nothing() {
 /// A game's jump that stays where it begins, with toes that hang 27 cm below its floor at a leg of 1 m.
 #[test]
 fn feet_that_dangle_through_the_floor_draw_nobody_down() {
-    let [Some(source), Some(target)] = ["rigify-blender/gdquest_sophia.glb", "mixamo/gltf/Xbot.glb"].map(corpus_file)
-    else {
-        return;
-    };
-    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let files = ["rigify-blender/gdquest_sophia.glb", "mixamo/gltf/Xbot.glb"];
+    let Some([source, target]) = Figure::of_corpus(files) else { return };
     let source = with_clip(source.scene, "Jump");
     let result = moved(&rig_of("source", &source), &rig_of("target", &target.scene));
     let toes = ["left_toe", "right_toe"].map(|role| target.roles[role]);

@@ -8,7 +8,6 @@ use retargetd::{
 };
 
 use super::figure::{Figure, measured, moved, moved_with, position, rig_of, value, world};
-use crate::support::corpus_file;
 
 /// Frames of the sample walk, which is no cycle then.
 const FRAMES: usize = 80;
@@ -144,12 +143,8 @@ fn a_root_goes_along_with_a_figure_that_is_put_elsewhere() {
 /// A capture whose first frame is a rest pose a meter below the others.
 #[test]
 fn knees_of_a_real_capture_do_not_fall_out_of_its_rest_pose() {
-    let (Some(source), Some(target)) =
-        (corpus_file("misc-rigs/17_keypoints_walk.fbx"), corpus_file("mixamo/gltf/Xbot.glb"))
-    else {
-        return;
-    };
-    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let files = ["misc-rigs/17_keypoints_walk.fbx", "mixamo/gltf/Xbot.glb"];
+    let Some([source, target]) = Figure::of_corpus(files) else { return };
     let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
     let measures = measured(&from, &onto, &moved(&from, &onto));
     let pop = value(&measures, MetricName::KneePop);

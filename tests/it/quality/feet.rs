@@ -83,12 +83,8 @@ fn a_clip_onto_its_own_rig_comes_back_through_all_ops() {
 /// A skeleton of points has ankles and no feet: nothing says when heels lift.
 #[test]
 fn feet_that_nothing_is_known_of_stand_flat() {
-    let (Some(source), Some(target)) =
-        (corpus_file("misc-rigs/17_keypoints_walk.fbx"), corpus_file("mixamo/gltf/Xbot.glb"))
-    else {
-        return;
-    };
-    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let files = ["misc-rigs/17_keypoints_walk.fbx", "mixamo/gltf/Xbot.glb"];
+    let Some([source, target]) = Figure::of_corpus(files) else { return };
     let clip = source.clip();
     // How much higher than at rest the ankle is above the ball.
     let tilted = |spec: &str| -> f64 {
@@ -111,12 +107,8 @@ fn feet_that_nothing_is_known_of_stand_flat() {
 /// The shins of this capture turn by 60 degrees above a foot that stands, as the walker goes round a corner; the toes swept the floor by that.
 #[test]
 fn feet_that_nothing_is_known_of_stand_while_the_shin_turns() {
-    let (Some(source), Some(target)) =
-        (corpus_file("misc-rigs/17_keypoints_walk.fbx"), corpus_file("mixamo/gltf/Xbot.glb"))
-    else {
-        return;
-    };
-    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let files = ["misc-rigs/17_keypoints_walk.fbx", "mixamo/gltf/Xbot.glb"];
+    let Some([source, target]) = Figure::of_corpus(files) else { return };
     let clip = source.clip();
     // How far the ball gets in a contact, in legs, of the contact in the middle of the worse half.
     let swept = |spec: &str| -> f64 {

@@ -13,6 +13,8 @@ use retargetd::{
     rig::{Rig, RigSpec},
 };
 
+use crate::support::corpus_file;
+
 /// The matrices of all joints in the scene's space at a frame, or at rest.
 pub(crate) fn world(skeleton: &Skeleton, clip: Option<(&Clip, usize)>) -> Vec<DMat4> {
     let mut world: Vec<DMat4> = Vec::with_capacity(skeleton.len());
@@ -169,6 +171,12 @@ impl Figure {
     pub(crate) fn read(path: &Path) -> Self {
         let file_name = path.file_name().expect("a file").to_string_lossy().into_owned();
         Self::from_bytes(std::fs::read(path).expect("readable"), file_name)
+    }
+
+    /// Files of the corpus; nothing where one of them is not there.
+    pub(crate) fn of_corpus<const COUNT: usize>(files: [&str; COUNT]) -> Option<[Self; COUNT]> {
+        let paths = files.map(corpus_file);
+        paths.iter().all(Option::is_some).then(|| paths.map(|path| Self::read(&path.expect("it is there"))))
     }
 
     pub(crate) fn from_bytes(bytes: Vec<u8>, file_name: String) -> Self {

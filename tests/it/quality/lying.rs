@@ -8,7 +8,6 @@ use retargetd::{
 };
 
 use super::figure::{Figure, measured, moved, moved_with, position, read_scene, rig_of, with_clip, world};
-use crate::support::corpus_file;
 
 const TRUNK: [&str; 2] = ["pelvis", "spine"];
 
@@ -120,8 +119,7 @@ fn a_body_that_hovers_fails() {
 #[test]
 fn feet_stay_where_they_stand_while_a_body_sits_down() {
     let files = ["bvh/cmu/boxing_toes_row_mismatch.bvh", "mixamo/fbx/ybot_prerotation_skin.fbx"];
-    let [Some(source), Some(target)] = files.map(corpus_file) else { return };
-    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let Some([source, target]) = Figure::of_corpus(files) else { return };
     let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
     let result = moved(&from, &onto);
     let foot = onto.role("right_foot")[0];
@@ -134,8 +132,7 @@ fn feet_stay_where_they_stand_while_a_body_sits_down() {
 #[test]
 fn a_body_that_squats_stands_on_its_feet() {
     let files = ["bvh/cmu/boxing_toes_row_mismatch.bvh", "unreal/mannequiny.glb"];
-    let [Some(source), Some(target)] = files.map(corpus_file) else { return };
-    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let Some([source, target]) = Figure::of_corpus(files) else { return };
     let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
     let measures = measured(&from, &onto, &moved(&from, &onto));
     for limb in ["left_thigh", "left_shin", "right_thigh", "right_shin"] {
@@ -147,11 +144,8 @@ fn a_body_that_squats_stands_on_its_feet() {
 /// A figure with a trunk as thick as its legs are long.
 #[test]
 fn a_chibi_that_lies_lays_others_down() {
-    let [Some(source), Some(target)] = ["cc0-stylised/kaykit_knight.glb", "mixamo/gltf/Soldier.glb"].map(corpus_file)
-    else {
-        return;
-    };
-    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let files = ["cc0-stylised/kaykit_knight.glb", "mixamo/gltf/Soldier.glb"];
+    let Some([source, target]) = Figure::of_corpus(files) else { return };
     let source = with_clip(source.scene, "Lie_Idle");
     let result = moved(&rig_of("source", &source), &rig_of("target", &target.scene));
     let (float, verdict) = measured_verdict(&source, &target.scene, &result);
