@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { result, withStudio } from "./page.mjs";
+import { changed, result, withStudio } from "./page.mjs";
 
 const [url, folder] = process.argv.slice(2);
 const clips = ["walk_a.glb", "walk_b.bvh", "walk_c.glb"].map((name) => join(folder, name));
@@ -25,8 +25,7 @@ await withStudio(url, async (page) => {
   assert.ok(verdicts.every((verdict) => ["pass", "warn", "fail"].includes(verdict)), verdicts.join());
   const [download] = await Promise.all([page.waitForEvent("download"), page.click("text=Download all")]);
   await download.saveAs(join(folder, "batch.zip"));
-  await page.locator("#batch .cell").nth(5).click();
-  const { config } = await result(page);
+  const { config } = await changed(page, () => page.locator("#batch .cell").nth(5).click());
   assert.deepEqual(config, {}, "the pair is opened");
   assert.equal(await page.evaluate(() => studio.state.source.file_name), "walk_b.bvh");
   assert.equal(await page.evaluate(() => studio.state.target.file_name), "two.glb");
