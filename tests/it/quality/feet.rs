@@ -132,7 +132,7 @@ fn feet_do_not_snap_flat_for_a_millimeter() {
     let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
     let measures = measured(&from, &onto, &moved(&from, &onto));
     let [turned, deep] = [MetricName::EndOrientation, MetricName::FloorPenetration].map(|name| value(&measures, name));
-    assert!(turned < 8.0 && deep < 0.2, "feet are turned by {turned} degrees, and {deep} in the floor");
+    assert!(turned < 8.0 && deep < 0.3, "feet are turned by {turned} degrees, and {deep} in the floor");
 }
 
 fn clip_of<'a>(scene: &'a Scene, name: Option<&str>) -> &'a Clip {

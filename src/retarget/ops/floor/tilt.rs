@@ -36,9 +36,6 @@ const SURE_TILT: f64 = 0.25;
 /// A foot is turned by at most what it is in the floor by, divided by this, for a leg of 1 m. A point right below the ankle goes into the floor
 /// by a millimeter as a sole rolls, and all of the tilt would not bring it out.
 const MIN_ARM_METERS: f64 = 0.04;
-/// Feet that are tilted by more, in radians, are on their toes, and turn as far as it takes. And over how much that fades.
-const ON_TOES: f64 = 0.75;
-const ON_TOES_FADE: f64 = 0.25;
 /// A foot that is in the floor by less than this is not turned, for a leg of 1 m.
 const LITTLE_METERS: f64 = 1e-4;
 
@@ -156,11 +153,7 @@ impl FloorStage {
         let of_yielding = if foot.toes_give_way { f64::NEG_INFINITY } else { f64::INFINITY };
         let lowest = placed.lowest(sole, up);
         let lowest = if foot.toes_give_way { lowest.firm } else { lowest.all };
-        let on_toes = smootherstep((tilted.angle - ON_TOES) / ON_TOES_FADE);
-        let most_for = |height: f64| {
-            let missing = (height - lowest).max(0.0) / self.target_leg;
-            (missing / MIN_ARM_METERS).max(tilted.angle * on_toes)
-        };
+        let most_for = |height: f64| (height - lowest).max(0.0) / (MIN_ARM_METERS * self.target_leg);
         let least = placed.turn_to(sole, up, &tilted, wanted.deepest, 0.0, of_yielding).min(most_for(wanted.deepest));
         if hold <= 0.0 {
             return least * stands;
