@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     model::{Skeleton, Transform},
-    rig::Ride,
+    rig::{Ride, anatomy::carried_order},
 };
 
 use super::places::{Place, places};
@@ -390,30 +390,6 @@ impl<'a> Compiler<'a> {
         needs
     }
 
-    /// All target joints, each after its parent and after what it rides; else in the skeleton's order.
-    fn target_order(&self) -> Vec<usize> {
-        let mut order = Vec::with_capacity(self.target.len());
-        let mut is_placed = vec![false; self.target.len()];
-        let mut open = Vec::new();
-        for joint in 0..self.target.len() {
-            open.push(joint);
-            while let Some(&joint) = open.last() {
-                let before = [self.target.parent(joint), self.rides[joint].map(|ride| ride.on)];
-                let missing = before.into_iter().flatten().find(|before| !is_placed[*before]);
-                match missing {
-                    Some(before) if !is_placed[joint] => open.push(before),
-                    _ => {
-                        if !std::mem::replace(&mut is_placed[joint], true) {
-                            order.push(joint);
-                        }
-                        open.pop();
-                    }
-                }
-            }
-        }
-        order
-    }
-
     /// Numbers the steps. Joints that nothing drives and that hang below constants only are folded into the constant.
     fn lay_out_target(
         &self,
@@ -424,7 +400,7 @@ impl<'a> Compiler<'a> {
         let mut parents: Vec<Parent> = vec![above; drivers.len()];
         let mut slots: Vec<Option<usize>> = vec![None; drivers.len()];
         let mut steps: Vec<TargetStep> = Vec::new();
-        for joint in self.target_order() {
+        for joint in carried_order(self.target, &self.mapping.rides) {
             let mut driver = std::mem::replace(&mut drivers[joint], Driver::Hold);
             if let Driver::Twist(twist) = &mut driver
                 && !twist.find_slots(&slots)

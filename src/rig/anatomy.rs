@@ -24,6 +24,13 @@ pub struct Ride {
     pub on_from_joint: Transform,
 }
 
+impl Ride {
+    /// Whether the joint does not hang from what places it, not even by way of other parts of the body.
+    pub(crate) fn hangs_apart(&self, skeleton: &Skeleton) -> bool {
+        !skeleton.is_ancestor_or_self(self.on, self.joint)
+    }
+}
+
 /// What carries a part, in order of preference, without sides. The first that the rig has counts; its last joint carries.
 const CARRIERS: [(&str, &[&str]); 26] = [
     ("spine", &["pelvis"]),
@@ -61,7 +68,7 @@ const SIDE_BY_SIDE: [&str; 2] = ["eye", "root"];
 pub(crate) fn carriers(rig: &Rig<'_>) -> BTreeMap<usize, usize> {
     let mut carriers = BTreeMap::new();
     for (role, joints) in &rig.roles {
-        let (side, part) = super::alignment::split(role);
+        let (side, part) = super::named_pair::split(role);
         let Some((_, above)) = CARRIERS.iter().find(|entry| entry.0 == part) else { continue };
         let hangs_from = |carrier: &&usize| {
             joints.first().is_some_and(|joint| rig.skeleton().is_ancestor_or_self(**carrier, *joint))
@@ -107,6 +114,36 @@ pub(crate) fn rides(target: &Rig<'_>) -> Vec<Ride> {
     rides
 }
 
+/// All joints, each after its parent and after what it rides; else in the skeleton's order.
+pub(crate) fn carried_order(skeleton: &Skeleton, rides: &[Ride]) -> Vec<usize> {
+    order_after(skeleton.len(), |joint| {
+        let ride = rides.iter().find(|ride| ride.joint == joint);
+        [skeleton.parent(joint), ride.map(|ride| ride.on)].into_iter().flatten().collect()
+    })
+}
+
+/// All of so many joints, each after those that have to come before it; else in their order.
+pub(crate) fn order_after(count: usize, before: impl Fn(usize) -> Vec<usize>) -> Vec<usize> {
+    let mut order = Vec::with_capacity(count);
+    let mut is_placed = vec![false; count];
+    let mut open = Vec::new();
+    for joint in 0..count {
+        open.push(joint);
+        while let Some(&joint) = open.last() {
+            match before(joint).into_iter().find(|before| !is_placed[*before]) {
+                Some(before) if !is_placed[joint] => open.push(before),
+                _ => {
+                    if !std::mem::replace(&mut is_placed[joint], true) {
+                        order.push(joint);
+                    }
+                    open.pop();
+                }
+            }
+        }
+    }
+    order
+}
+
 /// Whether a joint's place follows from another's, by parents and by what rides what.
 pub(crate) fn is_carried(skeleton: &Skeleton, rides: &[Ride], joint: usize, carrier: usize) -> bool {
     let mut ridden = vec![None; skeleton.len()];
@@ -135,8 +172,7 @@ fn follows(skeleton: &Skeleton, ridden: &[Option<usize>], joint: usize, another:
 /// with them. Nothing where all limbs hang from the body.
 pub(crate) fn loose_joints(target: &Rig<'_>, driven: &[bool], limbs: &[Ride]) -> Vec<Ride> {
     let skeleton = target.skeleton();
-    let hangs_apart = |ride: &Ride| !skeleton.is_ancestor_or_self(ride.on, ride.joint);
-    if !limbs.iter().any(hangs_apart) {
+    if !limbs.iter().any(|ride| ride.hangs_apart(skeleton)) {
         return Vec::new();
     }
     let mut moves = driven.to_vec();

@@ -7,7 +7,7 @@
 use super::stage::Stage;
 use crate::{
     model::{Canceled, Skeleton, Transform},
-    rig::Ride,
+    rig::{Ride, anatomy::carried_order},
 };
 
 use super::{
@@ -52,29 +52,13 @@ impl RideStage {
             return None;
         }
         let posing = posing(&wanted);
-        let mut waiting: Vec<usize> = (0..skeleton.len()).filter(|joint| posing.has(*joint)).collect();
-        let mut is_placed = vec![false; skeleton.len()];
         let (mut steps, mut changed) = (Vec::new(), Vec::new());
-        while !waiting.is_empty() {
-            let before = waiting.len();
-            waiting.retain(|&joint| {
-                let ride = rides.iter().find(|ride| ride.joint == joint);
-                let needs = [skeleton.parent(joint), ride.map(|ride| ride.on)];
-                if !needs.into_iter().flatten().all(|joint| is_placed[joint]) {
-                    return true;
-                }
-                is_placed[joint] = true;
-                let ride = ride.map(|ride| {
-                    changed.push(Changed { joint, rotates: !driven[joint], moves: true });
-                    RideOn { slot: posing.slot(ride.on), on_from_joint: ride.on_from_joint, turns: !driven[joint] }
-                });
-                steps.push(Step { slot: posing.slot(joint), ride });
-                false
+        for joint in carried_order(skeleton, rides).into_iter().filter(|joint| posing.has(*joint)) {
+            let ride = rides.iter().find(|ride| ride.joint == joint).map(|ride| {
+                changed.push(Changed { joint, rotates: !driven[joint], moves: true });
+                RideOn { slot: posing.slot(ride.on), on_from_joint: ride.on_from_joint, turns: !driven[joint] }
             });
-            // A mapping has no circles; were there one, what is in it would stay where it is.
-            if waiting.len() == before {
-                break;
-            }
+            steps.push(Step { slot: posing.slot(joint), ride });
         }
         Some(Self { posing, steps, changed })
     }

@@ -109,23 +109,22 @@ impl TwoBone {
         self.hinge_across(upper).dot(axis)
     }
 
-    /// The normal of the limb's plane, on the hinge's side; the hinge itself where the limb is nearly straight and its bend is to
-    /// change.
+    /// The normal of the limb's plane, on the side of the axis about which it bends near this frame, or of the hinge; that axis itself where the
+    /// limb is nearly straight and its bend is to change.
     fn bend_axis(&self, upper: DVec3, lower: DVec3, wanted_bend: f64) -> DVec3 {
-        let hinge = self.hinge_across(upper);
+        let usual = self.near_axis.and_then(|axis| across(axis, upper)).unwrap_or_else(|| self.hinge_across(upper));
         let normal = upper.cross(lower) / (upper.length() * lower.length());
         let sine = normal.length();
-        let normal = if normal.dot(hinge) < 0.0 { -normal } else { normal };
+        let normal = if normal.dot(usual) < 0.0 { -normal } else { normal };
         let change = wanted_bend - sine.atan2(upper.dot(lower) / (upper.length() * lower.length()));
         let little = (LITTLE_CHANGE * sine).max(f64::MIN_POSITIVE);
-        let bend = normal.dot(hinge).max(sine - SIDE_SINE);
+        let bend = normal.dot(usual).max(sine - SIDE_SINE);
         let sure = match self.near_axis {
             Some(_) => smootherstep((bend - SURE_SINE) / SURE_BEND),
             None => smootherstep(bend / SURE_SINE),
         };
         let sure = sure.max(1.0 - smootherstep(change.abs() / little));
-        let unsure = self.near_axis.and_then(|axis| across(axis, upper)).unwrap_or(hinge);
-        (normal.normalize_or_zero() * sure + unsure * (1.0 - sure)).normalize_or(hinge)
+        (normal.normalize_or_zero() * sure + usual * (1.0 - sure)).normalize_or(usual)
     }
 
     /// The normal of the limb's plane as far as it bends about the hinge: its length is the sine of that bend, and 0 for a limb that is

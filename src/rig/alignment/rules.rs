@@ -70,7 +70,7 @@ fn rule(part: &str, from_nothing: bool) -> Rule {
 /// What one joint is to be turned to. Directions are unit vectors in the target's own space; `own` ones are at rest.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Aim {
-    /// Carried along by its parent, then until `own` points along `wanted`; over `pole` where the two are opposite.
+    /// Carried along by what carries it on the body, then until `own` points along `wanted`; over `pole` where the two are opposite.
     Point { own: DVec3, wanted: DVec3, pole: DVec3 },
     /// The same, but no farther than a neck is bent where nobody can tell how it is.
     Bent { own: DVec3, wanted: DVec3, pole: DVec3 },
@@ -90,6 +90,17 @@ pub(super) enum Aim {
     /// By what its chain's first joint was turned by. `bone`: its own bone, and the source's at the same place of the chain, where
     /// they are to be compared.
     Follow { first: usize, bone: Option<(DVec3, DVec3)> },
+}
+
+impl Aim {
+    /// The joint whose turn has to be known before, beside that of what carries this one.
+    pub(super) fn goes_by(&self) -> Option<usize> {
+        match self {
+            Self::Shared { base, .. } => *base,
+            Self::Follow { first, .. } => Some(*first),
+            _ => None,
+        }
+    }
 }
 
 /// How a joint is to be rolled about the direction that it has been given.

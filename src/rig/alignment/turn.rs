@@ -5,7 +5,11 @@ use glam::{DQuat, DVec3};
 use crate::model::{ModelPose, Transform, rotation::twist_angle};
 
 use super::{
-    super::{rig::Rig, spec::Align},
+    super::{
+        anatomy::{Ride, order_after, rides},
+        rig::Rig,
+        spec::Align,
+    },
     AlignedJoint, Alignment, HowAligned,
     arc::arc,
     curve::bowed,
@@ -17,13 +21,20 @@ use super::{
 pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Alignment {
     let skeleton = target.skeleton();
     let rest = target.rest.transforms();
-    let mut turned: Vec<Transform> = Vec::with_capacity(rest.len());
+    // A shoulder that hangs from the neck goes with it: a rest pose is turned, and has its joints nowhere else than the file.
+    let rides: Vec<Ride> = rides(target).into_iter().filter(|ride| ride.hangs_apart(skeleton)).collect();
+    let ride = |joint: usize| rides.iter().find(|ride| ride.joint == joint);
+    let order = order_after(rest.len(), |joint| {
+        let of_wish = wishes[joint].as_ref().and_then(|wish| wish.aim.goes_by());
+        [skeleton.parent(joint), ride(joint).map(|ride| ride.on), of_wish].into_iter().flatten().collect()
+    });
+    let mut turned = vec![Transform::IDENTITY; rest.len()];
     // model_from_model: how far each joint's orientation has been turned from its own.
-    let mut turns: Vec<DQuat> = Vec::with_capacity(rest.len());
+    let mut turns = vec![DQuat::IDENTITY; rest.len()];
     let mut joints = Vec::new();
-    for (joint, wish) in wishes.iter().enumerate() {
-        let parent = skeleton.parent(joint);
-        let carried = parent.map_or(DQuat::IDENTITY, |parent| turns[parent]);
+    for joint in order {
+        let (parent, ride, wish) = (skeleton.parent(joint), ride(joint), &wishes[joint]);
+        let carried = ride.map(|ride| ride.on).or(parent).map_or(DQuat::IDENTITY, |above| turns[above]);
         let own_turn = match wish {
             _ if mode == Align::Off => DQuat::IDENTITY,
             None => carried,
@@ -54,8 +65,11 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
         let local = &target.rest_local.transforms()[joint];
         let mut transform = parent.map_or(*local, |parent| turned[parent].then_child(local));
         transform.rotation = (own_turn * rest[joint].rotation).normalize();
-        turned.push(transform);
-        turns.push(own_turn);
+        if let Some(ride) = ride {
+            transform.translation = turned[ride.on].transform_point(ride.on_from_joint.translation);
+        }
+        turned[joint] = transform;
+        turns[joint] = own_turn;
     }
     if mode == Align::Off {
         return Alignment { rest: target.rest.clone(), joints };

@@ -63,6 +63,26 @@ fn limbs_that_hang_from_the_root_move_as_if_they_hung_from_the_body() {
     }
 }
 
+/// Feet, shins, hands and forearms that hang from the root lie where the limbs end whose rest poses are turned to look like the source's.
+#[test]
+fn limbs_in_pieces_end_where_their_aligned_rest_poses_do() {
+    let (walk, mannequin) = (samples::walk_scene(), samples::mannequin_scene());
+    let spread = |joint: &str, degrees: f64| {
+        let edit = serde_json::json!({"edit": "rotate", "joint": joint, "degrees": [0, 0, degrees]});
+        serde_json::from_value(edit).expect("an edit")
+    };
+    let mut spec = roles_of(&mannequin);
+    spec.source.pose = vec![spread("LeftUpLeg", 25.0), spread("RightUpLeg", -25.0)];
+    let whole = retargeted(&spec, &walk, &walk.clips[0], &mannequin).expect("a mapping").0;
+    let mut rig = MadeRig::of(&mannequin);
+    for name in ["foot_l", "foot_r", "calf_l", "calf_r", "hand_l", "hand_r", "lowerarm_l", "lowerarm_r"] {
+        rig = rig.hung_from(name, "root");
+    }
+    let target = rig.scene(|_| false);
+    let result = retargeted(&spec, &walk, &walk.clips[0], &target).expect("a mapping").0;
+    assert_same_motion((&mannequin, &whole), (&target, &result), "pieces");
+}
+
 /// The report says so, too: hips face where the pelvis turns them, whatever thighs hang from.
 #[test]
 fn hips_face_where_those_of_the_source_do_wherever_thighs_hang_from() {

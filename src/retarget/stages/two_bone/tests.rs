@@ -198,3 +198,22 @@ fn a_knee_that_is_nearly_straight_bends_where_it_does_around() {
         }
     }
 }
+
+/// A knee that bends across its hinge, as the rest pose of some rigs has it, bends as it does in the frames around: the sign that the
+/// hinge gives its axis means nothing there.
+#[test]
+fn a_knee_that_bends_across_its_hinge_turns_about_no_third_axis() {
+    let about = |degrees: f64| DQuat::from_rotation_y(degrees.to_radians()) * DVec3::X;
+    let mut before: Option<DVec3> = None;
+    for step in 0..30_u32 {
+        let shin = DQuat::from_axis_angle(about(95.0), f64::from(20 + step).to_radians()) * DVec3::new(0.0, -0.4, 0.0);
+        let limb = leg(0.0);
+        let limb = TwoBone { end: limb.middle + shin, near_axis: Some(about(70.0)), ..limb };
+        let limb = TwoBone { goal: limb.start + (limb.end - limb.start) * 0.98, ..limb };
+        let reach = limb.solve();
+        assert!(reach.end.distance(limb.goal) < 1e-9, "it reaches: {}", reach.end);
+        let moved = before.map_or(0.0, |before| before.distance(reach.middle));
+        assert!(moved < 0.015, "from a bend of {} degrees to the next the knee goes {moved} m", 20 + step);
+        before = Some(reach.middle);
+    }
+}
