@@ -2,7 +2,7 @@
 //!
 //! q and −q are one rotation. What interpolates or averages rotations first writes them on one hemisphere, with [`near`].
 
-use std::ops::Neg;
+use std::{f64::consts::PI, ops::Neg};
 
 use glam::{DQuat, DVec3, Quat};
 
@@ -59,6 +59,18 @@ pub fn twist_angle(rotation: DQuat, axis: DVec3) -> f64 {
     let along = rotation.xyz().dot(axis);
     let (along, w) = if rotation.w < 0.0 { (-along, -rotation.w) } else { (along, rotation.w) };
     2.0 * along.atan2(w)
+}
+
+/// Twists up to here are shared as they are: about as far as a shoulder turns an arm, in radians. Captures that go beyond come back the other
+/// way, and fast: what a share loses on the rest of the way to half a turn, it loses slowly.
+const MAX_TWIST: f64 = 120.0 / 180.0 * PI;
+
+/// A twist of −π to π as joints share it: as it is up to 120°, and less and less beyond, down to nothing at half a turn, where both
+/// directions meet.
+#[must_use]
+pub fn shared_twist(twist: f64) -> f64 {
+    let beyond = (twist.abs() - MAX_TWIST).max(0.0) / (PI - MAX_TWIST);
+    twist.clamp(-MAX_TWIST, MAX_TWIST) * (1.0 - beyond)
 }
 
 /// The part of a rotation that turns about a unit axis; none for a rotation by half a turn about an axis square to it.

@@ -5,14 +5,13 @@
 
 use glam::{DQuat, DVec3, DVec4, Mat4, Quat, Vec3, Vec4};
 
+use crate::model::rotation::shared_twist;
+
 /// Frames that are worked on at once.
 pub(super) const LANES: usize = 16;
 
 /// Frames whose components are exchanged at once when tracks are read or written; divides [`LANES`].
 const GROUP: usize = 4;
-
-/// Twists up to here are shared as they are: 150 degrees, more than any joint of a body has.
-const MAX_TWIST_RADIANS: f64 = 150.0 / 180.0 * std::f64::consts::PI;
 
 /// One number per frame.
 pub(super) type Lane = [f64; LANES];
@@ -263,18 +262,14 @@ impl QuatLanes {
 
     /// A share of the twist about a unit axis, per lane: the turn about it that is left when everything else is taken away.
     ///
-    /// Twists are told apart up to half a turn only, so one that comes near it would pop to the other side; beyond
-    /// [`MAX_TWIST_RADIANS`] the share shrinks, down to nothing at half a turn, where both sides meet.
+    /// Twists are told apart up to half a turn only, so that those that come near it count less and less ([`shared_twist`]).
     #[inline(never)]
     pub(super) fn twist_share(&self, axis: DVec3, share: f64) -> Self {
         let mut result = *self;
         for lane in 0..LANES {
             let along = DVec3::new(self.x[lane], self.y[lane], self.z[lane]).dot(axis);
             let (along, w) = if self.w[lane] < 0.0 { (-along, -self.w[lane]) } else { (along, self.w[lane]) };
-            let twist = 2.0 * along.atan2(w);
-            let beyond = (twist.abs() - MAX_TWIST_RADIANS).max(0.0) / (std::f64::consts::PI - MAX_TWIST_RADIANS);
-            let limited = twist.clamp(-MAX_TWIST_RADIANS, MAX_TWIST_RADIANS) * (1.0 - beyond);
-            result.set(lane, DQuat::from_axis_angle(axis, limited * share));
+            result.set(lane, DQuat::from_axis_angle(axis, shared_twist(2.0 * along.atan2(w)) * share));
         }
         result
     }

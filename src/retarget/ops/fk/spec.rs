@@ -43,7 +43,7 @@ pub struct FkOp {
     /// Whether joints of the target that share the twist of a limb get their share of it: twist helpers beside a bone, and the
     /// joints of a split one. The twist is that of the hand against the forearm (foot against shin), growing along the bone, and
     /// that of the upper arm against what carries it (thigh against pelvis), taken off toward the body. It follows the twist up
-    /// to 150° from the rest pose and eases off beyond, so that nothing pops half a turn away.
+    /// to 120° from the rest pose and eases off beyond, so that nothing pops half a turn away.
     pub twist: bool,
     /// How much the clavicles of the target lift where the source has none: per degree that the upper arm is raised above its
     /// rest pose, and above 30° from hanging. 0 leaves them at rest. 0 to 1.

@@ -21,13 +21,9 @@ use crate::retarget::{
 };
 use glam::{DQuat, DVec3};
 
-use crate::model::rotation::twist_angle;
+use crate::model::rotation::{shared_twist, twist_angle};
 
 use crate::retarget::stages::posed::figure::Figure;
-
-/// Twists up to here are shared as they are, radians; beyond, the share shrinks down to nothing at half a turn, where both
-/// directions meet.
-const MAX_TWIST: f64 = 150.0 / 180.0 * std::f64::consts::PI;
 
 /// One joint beside its limb's bone.
 #[derive(Clone, Debug)]
@@ -63,16 +59,11 @@ impl Step for TwistStep {
                 segment.conjugate() * figure.model(slot).rotation * segment_from_end.conjugate()
             }
         };
-        let turn = DQuat::from_axis_angle(self.axis, eased(twist_angle(change, self.axis)) * self.share);
+        let turn = DQuat::from_axis_angle(self.axis, shared_twist(twist_angle(change, self.axis)) * self.share);
         figure.keep(&self.left_behind);
         figure.turn_to(self.slot, segment * turn * self.segment_from_joint);
         figure.put_back(&self.left_behind);
     }
-}
-
-fn eased(twist: f64) -> f64 {
-    let beyond = (twist.abs() - MAX_TWIST).max(0.0) / (std::f64::consts::PI - MAX_TWIST);
-    twist.clamp(-MAX_TWIST, MAX_TWIST) * (1.0 - beyond)
 }
 
 /// A `twist` op: its gain, and the segments and joints that it is about.

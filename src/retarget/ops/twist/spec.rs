@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::retarget::ops::Scope;
 
 /// Shares the twist of limbs out among the twist joints of the target, from the limbs as the ops before this one left them. The
-/// `fk` op does it from the source's motion; put this behind ops that turn hands or feet. Twist counts up to 150° and eases off
+/// `fk` op does it from the source's motion; put this behind ops that turn hands or feet. Twist counts up to 120° and eases off
 /// beyond. Mask: limbs or roles; default: all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
