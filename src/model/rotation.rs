@@ -101,6 +101,13 @@ pub fn smootherstep(value: f64) -> f64 {
     value * value * value * (value * (value * 6.0 - 15.0) + 10.0)
 }
 
+/// `value` up to `free`; from there it comes ever nearer to `most`, with a continuous slope.
+#[must_use]
+pub fn approach(value: f64, free: f64, most: f64) -> f64 {
+    let room = most - free;
+    if value <= free || room <= 0.0 { value.min(most) } else { free + room * ((value - free) / room).tanh() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

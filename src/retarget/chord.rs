@@ -13,6 +13,8 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::approach;
+
 use super::{
     lanes::{LANES, QuatLanes, VecLanes},
     mapping::ChordCorrection,
@@ -134,12 +136,6 @@ fn limited(turn: DQuat, max: f64) -> DQuat {
         return turn;
     }
     DQuat::IDENTITY.slerp(turn, approach(radians, max / 2.0, max) / radians)
-}
-
-/// `value` up to `free`; from there it approaches `max` with a continuous slope.
-fn approach(value: f64, free: f64, max: f64) -> f64 {
-    let room = max - free;
-    if value <= free || room <= 0.0 { value.min(max) } else { free + room * ((value - free) / room).tanh() }
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ use crate::{
 use glam::Quat;
 use glam::{DQuat, DVec2, DVec3};
 
-use crate::model::rotation::twist_angle;
+use crate::model::rotation::{approach, twist_angle};
 
 use crate::model::Transform;
 
@@ -104,11 +104,7 @@ fn share(angle: f64, [least, most]: [f64; 2]) -> f64 {
 /// Nothing is changed up to `begin`, nor up to what is allowed anyway; from there on it comes ever nearer to the limit.
 fn limited(share: f64, allowed: f64, begin: f64) -> f64 {
     let begin = begin.max(allowed);
-    if share <= begin {
-        return share;
-    }
-    let width = (1.0 - begin).max(MIN_WIDTH);
-    begin + width * ((share - begin) / width).tanh()
+    approach(share, begin, begin + (1.0 - begin).max(MIN_WIDTH))
 }
 
 /// How far a joint may bend, against what carries it.

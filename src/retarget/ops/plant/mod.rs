@@ -29,7 +29,10 @@ use crate::retarget::{
     stages::builder::StackBuilder,
 };
 use crate::{
-    model::{Reporter, rotation::smootherstep},
+    model::{
+        Reporter,
+        rotation::{approach, smootherstep},
+    },
     retarget::mapping::LimbPair,
     rig::FootPoint,
 };
@@ -58,6 +61,10 @@ const STILL_METERS_PER_SECOND: f64 = 0.05;
 const CREEPS: f64 = 2.0;
 /// A foot that had to be moved faster than this to be held has not landed yet, for a leg of 1 m.
 const LANDING_METERS_PER_SECOND: f64 = 1.5;
+/// From this share of that speed on, a foot that stands is held less and less, so that it is moved no faster than the second share: where the
+/// source turns on the tip of its toes, a foot as long as half a leg would swing about its own tip, and the knee with it.
+const DRAGS: f64 = 0.9;
+const MAX_HELD: f64 = 1.4;
 /// How far planted feet swing out beyond their goals between contacts, for a leg of 1 m.
 const SWING_METERS: f64 = 0.03;
 
@@ -200,9 +207,14 @@ impl PlantStage {
         for (index, correction) in contact.iter_mut().enumerate() {
             *correction = Correction { offset, hold: 1.0 };
             let Some(after) = weights.get(index + 1) else { break };
-            for (part, weight) in ((weights[index] + *after) / 2.0).to_array().into_iter().enumerate() {
-                offset += self.missing_step(foot, part, first + index) * weight;
-            }
+            let frame = first + index;
+            let weights = ((weights[index] + *after) / 2.0).to_array();
+            let step: DVec3 = weights
+                .into_iter()
+                .enumerate()
+                .map(|(part, weight)| self.missing_step(foot, part, frame) * weight)
+                .sum();
+            offset += foot.held(step, times[frame + 1] - times[frame]);
         }
         if let Some(period) = period.filter(|period| *period < contact.len()) {
             foot.come_back(first, period, contact);
@@ -337,6 +349,13 @@ impl Foot {
                 share += step(frame) / way;
             }
         }
+    }
+
+    /// What a foot that stands is moved by within so many seconds, where it had to be moved by a step to stay where it is held.
+    fn held(&self, step: DVec3, seconds: f64) -> DVec3 {
+        let whole = self.landing_speed * seconds;
+        let length = step.length();
+        if length > DRAGS * whole { step * (approach(length, DRAGS * whole, MAX_HELD * whole) / length) } else { step }
     }
 
     /// The part of a contact in which the target's foot is down too. A figure with long feet beside its legs still hops when the tips of its

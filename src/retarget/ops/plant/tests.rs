@@ -97,6 +97,22 @@ fn a_foot_that_is_still_in_the_air_is_not_torn_down() {
     assert!(slid < 1e-12, "held from where it has landed on: {slid}");
 }
 
+/// The source turns on the tip of its toes within five frames; a foot that is long for its leg would have to go 20 cm a frame for that.
+#[test]
+fn a_foot_that_is_swung_about_its_tip_is_not_held_at_any_speed() {
+    let source = vec![DVec3::ZERO; FRAMES];
+    let swung = |frame: usize| frame.clamp(18, 23) as f64 - 18.0;
+    let targets = (0..FRAMES).map(|frame| [DVec3::X * 0.2 * swung(frame); 3]).collect();
+    let foot = foot(1.0, [track(source, 5..36), None, None], targets);
+    let (places, corrections) = planted(&stage(PlantMode::Auto), &foot, 0);
+    let fastest =
+        corrections[5..36].windows(2).map(|pair| pair[0].offset.distance(pair[1].offset) * 30.0).fold(0.0, f64::max);
+    assert!(fastest < 1.4 * 1.5 + 1e-9, "it is moved by {fastest} m/s");
+    let stands =
+        |frames: std::ops::Range<usize>| frames.map(|frame| places[frame].distance(places[frame + 1])).sum::<f64>();
+    assert!(stands(6..17) < 1e-9 && stands(24..34) < 1e-9, "where it does not turn it stands");
+}
+
 #[test]
 fn the_ball_is_held_while_the_heel_lifts() {
     // Flat from 5 to 20, then the foot turns about its ball until 30.
