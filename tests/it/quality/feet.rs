@@ -135,6 +135,16 @@ fn feet_do_not_snap_flat_for_a_millimeter() {
     assert!(turned < 8.0 && deep < 0.3, "feet are turned by {turned} degrees, and {deep} in the floor");
 }
 
+/// The soles of this capture are guessed from its ankles, and stand 5 cm off the floor of the file throughout.
+#[test]
+fn a_capture_whose_floor_is_off_as_a_whole_stands_on_the_floor() {
+    let files = ["bvh/cmu/01_01_motionbuilder.bvh", "mixamo/gltf/Soldier.glb"];
+    let Some([source, target]) = Figure::of_corpus(files) else { return };
+    let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
+    let hover = value(&measured(&from, &onto, &moved(&from, &onto)), MetricName::FloorFloat);
+    assert!(hover < 1.0, "soles hover by {hover} cm");
+}
+
 fn clip_of<'a>(scene: &'a Scene, name: Option<&str>) -> &'a Clip {
     let is_wanted = |clip: &&Clip| name.map_or(clip.is_animated(), |name| clip.name().contains(name));
     scene.clips.iter().find(is_wanted).expect("the clip")

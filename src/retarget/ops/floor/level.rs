@@ -21,6 +21,10 @@ const MAX_METERS: f64 = 0.04;
 const MAX_FLOOR_METERS: f64 = 0.1;
 /// Feet that touch in less than one of so many frames in which one is low touch too seldom to say when they stand.
 const SELDOM: usize = 4;
+/// One of so many contacts may lie nearer to the floor than a clip whose floor is off as a whole.
+const SELDOM_OFF: usize = 10;
+/// How far its contacts may differ from that beyond [`MAX_METERS`], for a leg of 1 m.
+const OFF_METERS: f64 = 0.015;
 /// One of so many frames in which nothing touches is lower than the floor.
 const LOW_SHARE: usize = 4;
 /// A contact that lasts at least twice as long has a level for every piece of about this length.
@@ -74,10 +78,14 @@ impl FloorStage {
         let level = level.filter(|level| level.abs() < MAX_FLOOR_METERS * self.source_leg).unwrap_or(0.0);
         let is_ground = |known: &Known| has_ground && (known.height - level).abs() > most;
         let on_floor = heights.iter().flatten().filter(|known| !is_ground(known));
-        let mut levels: Vec<f64> = on_floor.map(|known| known.height.clamp(-most, most)).collect();
+        let mut levels: Vec<f64> = on_floor.map(|known| known.height).collect();
+        let base = if has_ground { 0.0 } else { base(&mut levels, MAX_FLOOR_METERS * self.source_leg) };
+        let beyond = OFF_METERS * self.source_leg;
+        let bounded = |height: f64| height.clamp((base - beyond).min(-most), (base + beyond).max(most));
+        levels.iter_mut().for_each(|height| *height = bounded(*height));
         let all = median(&mut levels);
         let all = all.unwrap_or_else(|| if has_ground { 0.0 } else { self.lowest_level(rows) });
-        let off = |known: &Known| if is_ground(known) { all } else { known.height.clamp(-most, most) };
+        let off = |known: &Known| if is_ground(known) { all } else { bounded(known.height) };
         let ground = |known: &Known| if is_ground(known) { known.height - all } else { 0.0 };
         let follow = |foot: &Vec<Known>, level: &dyn Fn(&Known) -> f64, otherwise: f64| {
             let known = foot.iter().map(|known| Known { height: level(known), ..*known });
@@ -135,6 +143,16 @@ impl FloorStage {
         };
         in_contacts(foot.limb, work, level)
     }
+}
+
+/// What all of a clip's feet stand off its floor by, of the heights of its contacts: what all but one of [`SELDOM_OFF`] are off by at least, the same
+/// way. Nothing where that is more than `most`: somebody stands on something.
+fn base(heights: &mut [f64], most: f64) -> f64 {
+    heights.sort_by(f64::total_cmp);
+    let few = heights.len() / SELDOM_OFF;
+    let (Some(low), Some(high)) = (heights.get(few), heights.iter().rev().nth(few)) else { return 0.0 };
+    let base = low.max(0.0) + high.min(0.0);
+    if base.abs() > most { 0.0 } else { base }
 }
 
 /// Frames of a contact whose level is looked at together, and those from and to which it counts.
@@ -231,6 +249,21 @@ fn over_time(known: &[Known], otherwise: f64, times: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_clip_whose_floor_is_off_says_so_by_nearly_all_of_its_contacts() {
+        let base = |heights: &[f64]| base(&mut heights.to_vec(), 0.1);
+        let mut off: Vec<f64> = (0..20).map(|step| 0.05 + 0.001 * f64::from(step)).collect();
+        assert!((base(&off) - 0.052).abs() < 1e-12, "all but one of ten: {}", base(&off));
+        off[0] = -0.03;
+        assert!((base(&off) - 0.052).abs() < 1e-12, "one that is lower says nothing: {}", base(&off));
+        let sunk: Vec<f64> = off.iter().map(|height| -height).collect();
+        assert!((base(&sunk) + 0.052).abs() < 1e-12, "below the floor as above it: {}", base(&sunk));
+        let steps: Vec<f64> = (0..20).map(|step| 0.01 * f64::from(step % 5)).collect();
+        assert_eq!(base(&steps), 0.0, "who stands on the floor, too, stands on steps elsewhere");
+        assert_eq!(base(&[0.3, 0.31, 0.32]), 0.0, "who is higher stands on something");
+        assert_eq!(base(&[]), 0.0);
+    }
 
     #[test]
     fn long_contacts_have_a_level_for_every_half_second() {
