@@ -122,7 +122,7 @@ pub(crate) fn carried_order(skeleton: &Skeleton, rides: &[Ride]) -> Vec<usize> {
     })
 }
 
-/// All of so many joints, each after those that have to come before it; else in their order.
+/// All of so many joints, each after those that have to come before it; else in their order. Where they go round in a circle, it is cut.
 pub(crate) fn order_after(count: usize, before: impl Fn(usize) -> Vec<usize>) -> Vec<usize> {
     let mut order = Vec::with_capacity(count);
     let mut is_placed = vec![false; count];
@@ -130,7 +130,7 @@ pub(crate) fn order_after(count: usize, before: impl Fn(usize) -> Vec<usize>) ->
     for joint in 0..count {
         open.push(joint);
         while let Some(&joint) = open.last() {
-            match before(joint).into_iter().find(|before| !is_placed[*before]) {
+            match before(joint).into_iter().find(|before| !is_placed[*before] && !open.contains(before)) {
                 Some(before) if !is_placed[joint] => open.push(before),
                 _ => {
                     if !std::mem::replace(&mut is_placed[joint], true) {
@@ -210,4 +210,18 @@ fn distance_to_bone(place: DVec3, start: DVec3, end: DVec3) -> f64 {
     let along = end - start;
     let share = (place - start).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
     place.distance(start + along * share.clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn joints_come_after_what_they_need_and_a_circle_ends() {
+        assert_eq!(order_after(4, |_| Vec::new()), [0, 1, 2, 3]);
+        let foot_first = |joint: usize| if joint == 0 { vec![3, 2] } else { Vec::new() };
+        assert_eq!(order_after(4, foot_first), [3, 2, 0, 1]);
+        assert_eq!(order_after(3, |joint| vec![(joint + 1) % 3]), [2, 1, 0], "each after the next");
+        assert_eq!(order_after(2, |joint| vec![joint]), [0, 1], "each after itself");
+    }
 }

@@ -145,8 +145,8 @@ impl FloorStage {
     }
 }
 
-/// What all of a clip's feet stand off its floor by, of the heights of its contacts: what all but one of [`SELDOM_OFF`] are off by at least, the same
-/// way. Nothing where that is more than `most`: somebody stands on something.
+/// How far the floor of a clip is off as a whole, by the heights of its contacts: all but one of [`SELDOM_OFF`] are off by at least that, the same
+/// way. Nothing where it is more than `most`: the figure stands on something.
 fn base(heights: &mut [f64], most: f64) -> f64 {
     heights.sort_by(f64::total_cmp);
     let few = heights.len() / SELDOM_OFF;
