@@ -9,7 +9,10 @@ use super::{
 };
 use crate::{
     model::{Skeleton, Transform},
-    rig::{Ride, anatomy::carried_order},
+    rig::{
+        Ride,
+        anatomy::{by_joint, carried_order},
+    },
 };
 
 use super::places::{Place, places};
@@ -45,10 +48,6 @@ impl<'a> Compiler<'a> {
     fn new(source: &'a Skeleton, target: &'a Skeleton, mapping: &'a Mapping) -> Self {
         let below = |rest: &Transform| mapping.plan_from_source.then_child(rest);
         let plan_from_target = Transform::from_rotation(mapping.plan_from_target);
-        let mut rides = vec![None; target.len()];
-        for ride in &mapping.rides {
-            rides[ride.joint] = Some(*ride);
-        }
         Self {
             source,
             target,
@@ -62,7 +61,7 @@ impl<'a> Compiler<'a> {
                 .collect(),
             source_slots: vec![None; source.len()],
             source_steps: Vec::new(),
-            rides,
+            rides: by_joint(target.len(), &mapping.rides),
         }
     }
 
@@ -400,7 +399,7 @@ impl<'a> Compiler<'a> {
         let mut parents: Vec<Parent> = vec![above; drivers.len()];
         let mut slots: Vec<Option<usize>> = vec![None; drivers.len()];
         let mut steps: Vec<TargetStep> = Vec::new();
-        for joint in carried_order(self.target, &self.mapping.rides) {
+        for joint in carried_order(self.target, &self.rides) {
             let mut driver = std::mem::replace(&mut drivers[joint], Driver::Hold);
             if let Driver::Twist(twist) = &mut driver
                 && !twist.find_slots(&slots)

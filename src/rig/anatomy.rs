@@ -114,23 +114,31 @@ pub(crate) fn rides(target: &Rig<'_>) -> Vec<Ride> {
     rides
 }
 
+/// What each of so many joints rides.
+pub(crate) fn by_joint(count: usize, rides: &[Ride]) -> Vec<Option<Ride>> {
+    let mut by_joint = vec![None; count];
+    rides.iter().for_each(|ride| by_joint[ride.joint] = Some(*ride));
+    by_joint
+}
+
 /// All joints, each after its parent and after what it rides; else in the skeleton's order.
-pub(crate) fn carried_order(skeleton: &Skeleton, rides: &[Ride]) -> Vec<usize> {
-    order_after(skeleton.len(), |joint| {
-        let ride = rides.iter().find(|ride| ride.joint == joint);
-        [skeleton.parent(joint), ride.map(|ride| ride.on)].into_iter().flatten().collect()
-    })
+pub(crate) fn carried_order(skeleton: &Skeleton, rides: &[Option<Ride>]) -> Vec<usize> {
+    order_after(skeleton.len(), |joint| [skeleton.parent(joint), rides[joint].map(|ride| ride.on)])
 }
 
 /// All of so many joints, each after those that have to come before it; else in their order. Where they go round in a circle, it is cut.
-pub(crate) fn order_after(count: usize, before: impl Fn(usize) -> Vec<usize>) -> Vec<usize> {
+pub(crate) fn order_after<const MOST: usize>(
+    count: usize,
+    before: impl Fn(usize) -> [Option<usize>; MOST],
+) -> Vec<usize> {
     let mut order = Vec::with_capacity(count);
     let mut is_placed = vec![false; count];
     let mut open = Vec::new();
     for joint in 0..count {
         open.push(joint);
         while let Some(&joint) = open.last() {
-            match before(joint).into_iter().find(|before| !is_placed[*before] && !open.contains(before)) {
+            let is_missing = |before: &usize| !is_placed[*before] && !open.contains(before);
+            match before(joint).into_iter().flatten().find(is_missing) {
                 Some(before) if !is_placed[joint] => open.push(before),
                 _ => {
                     if !std::mem::replace(&mut is_placed[joint], true) {
@@ -146,8 +154,7 @@ pub(crate) fn order_after(count: usize, before: impl Fn(usize) -> Vec<usize>) ->
 
 /// Whether a joint's place follows from another's, by parents and by what rides what.
 pub(crate) fn is_carried(skeleton: &Skeleton, rides: &[Ride], joint: usize, carrier: usize) -> bool {
-    let mut ridden = vec![None; skeleton.len()];
-    rides.iter().for_each(|ride| ridden[ride.joint] = Some(ride.on));
+    let ridden: Vec<_> = by_joint(skeleton.len(), rides).into_iter().map(|ride| ride.map(|ride| ride.on)).collect();
     follows(skeleton, &ridden, joint, carrier)
 }
 
@@ -218,10 +225,10 @@ mod tests {
 
     #[test]
     fn joints_come_after_what_they_need_and_a_circle_ends() {
-        assert_eq!(order_after(4, |_| Vec::new()), [0, 1, 2, 3]);
-        let foot_first = |joint: usize| if joint == 0 { vec![3, 2] } else { Vec::new() };
+        assert_eq!(order_after(4, |_| [None]), [0, 1, 2, 3]);
+        let foot_first = |joint: usize| if joint == 0 { [Some(3), Some(2)] } else { [None, None] };
         assert_eq!(order_after(4, foot_first), [3, 2, 0, 1]);
-        assert_eq!(order_after(3, |joint| vec![(joint + 1) % 3]), [2, 1, 0], "each after the next");
-        assert_eq!(order_after(2, |joint| vec![joint]), [0, 1], "each after itself");
+        assert_eq!(order_after(3, |joint| [Some((joint + 1) % 3)]), [2, 1, 0], "each after the next");
+        assert_eq!(order_after(2, |joint| [Some(joint)]), [0, 1], "each after itself");
     }
 }

@@ -7,7 +7,10 @@
 use super::stage::Stage;
 use crate::{
     model::{Canceled, Skeleton, Transform},
-    rig::{Ride, anatomy::carried_order},
+    rig::{
+        Ride,
+        anatomy::{by_joint, carried_order},
+    },
 };
 
 use super::{
@@ -53,8 +56,9 @@ impl RideStage {
         }
         let posing = posing(&wanted);
         let (mut steps, mut changed) = (Vec::new(), Vec::new());
-        for joint in carried_order(skeleton, rides).into_iter().filter(|joint| posing.has(*joint)) {
-            let ride = rides.iter().find(|ride| ride.joint == joint).map(|ride| {
+        let rides = by_joint(skeleton.len(), rides);
+        for joint in carried_order(skeleton, &rides).into_iter().filter(|joint| posing.has(*joint)) {
+            let ride = rides[joint].map(|ride| {
                 changed.push(Changed { joint, rotates: !driven[joint], moves: true });
                 RideOn { slot: posing.slot(ride.on), on_from_joint: ride.on_from_joint, turns: !driven[joint] }
             });

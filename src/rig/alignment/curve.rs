@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::model::rotation::smootherstep;
+use crate::model::rotation::{approach, smootherstep};
 
 use super::{
     super::{named_pair::NamedPair, rig::Rig, spec::Align},
@@ -159,7 +159,7 @@ pub(super) fn bowed(own: DVec3, wanted: DVec3) -> DVec3 {
 /// How far a neck is bowed that differs by an angle; both in radians. Smooth, and never less for a larger angle.
 fn bow(angle: f64) -> f64 {
     let [begin, end] = BOWED_RADIANS;
-    let little = BOWED_NECK_RADIANS * (angle / BOWED_NECK_RADIANS).tanh();
+    let little = approach(angle, 0.0, BOWED_NECK_RADIANS);
     little + (angle - little) * smootherstep((angle - begin) / (end - begin))
 }
 

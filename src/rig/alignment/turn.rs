@@ -6,7 +6,7 @@ use crate::model::{ModelPose, Transform, rotation::twist_angle};
 
 use super::{
     super::{
-        anatomy::{Ride, order_after, rides},
+        anatomy::{Ride, by_joint, order_after, rides},
         rig::Rig,
         spec::Align,
     },
@@ -23,17 +23,17 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
     let rest = target.rest.transforms();
     // A shoulder that hangs from the neck goes with it: a rest pose is turned, and has its joints nowhere else than the file.
     let rides: Vec<Ride> = rides(target).into_iter().filter(|ride| ride.hangs_apart(skeleton)).collect();
-    let ride = |joint: usize| rides.iter().find(|ride| ride.joint == joint);
+    let rides = by_joint(rest.len(), &rides);
     let order = order_after(rest.len(), |joint| {
         let of_wish = wishes[joint].as_ref().and_then(|wish| wish.aim.goes_by());
-        [skeleton.parent(joint), ride(joint).map(|ride| ride.on), of_wish].into_iter().flatten().collect()
+        [skeleton.parent(joint), rides[joint].map(|ride| ride.on), of_wish]
     });
     let mut turned = vec![Transform::IDENTITY; rest.len()];
     // model_from_model: how far each joint's orientation has been turned from its own.
     let mut turns = vec![DQuat::IDENTITY; rest.len()];
     let mut joints = Vec::new();
     for joint in order {
-        let (parent, ride, wish) = (skeleton.parent(joint), ride(joint), &wishes[joint]);
+        let (parent, ride, wish) = (skeleton.parent(joint), rides[joint], &wishes[joint]);
         let carried = ride.map(|ride| ride.on).or(parent).map_or(DQuat::IDENTITY, |above| turns[above]);
         let own_turn = match wish {
             _ if mode == Align::Off => DQuat::IDENTITY,

@@ -7,7 +7,7 @@ use retargetd::{
     samples,
 };
 
-use super::figure::{Figure, measured, moved, moved_with, position, rig_of, value, world};
+use super::figure::{measured_in_corpus, moved_with, position, rig_of, value, world};
 
 /// Frames of the sample walk, which is no cycle then.
 const FRAMES: usize = 80;
@@ -144,9 +144,7 @@ fn a_root_goes_along_with_a_figure_that_is_put_elsewhere() {
 #[test]
 fn knees_of_a_real_capture_do_not_fall_out_of_its_rest_pose() {
     let files = ["misc-rigs/17_keypoints_walk.fbx", "mixamo/gltf/Xbot.glb"];
-    let Some([source, target]) = Figure::of_corpus(files) else { return };
-    let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
-    let measures = measured(&from, &onto, &moved(&from, &onto));
+    let Some(measures) = measured_in_corpus(files) else { return };
     let pop = value(&measures, MetricName::KneePop);
     assert!(pop < 5.0, "a knee changes its speed by {pop} degrees a frame more than the source's");
     assert_eq!(value(&measures, MetricName::RotationJumps), 0.0);

@@ -10,7 +10,7 @@ use retargetd::{
     rig::{RestSource, Rig},
 };
 
-use super::figure::{Figure, measured, moved, percentile, position, rig_of, value, world};
+use super::figure::{Figure, measured_in_corpus, percentile, position, value, world};
 use crate::support::corpus_file;
 
 /// File, and clip where the file has several.
@@ -128,9 +128,7 @@ fn feet_that_nothing_is_known_of_stand_while_the_shin_turns() {
 #[test]
 fn feet_do_not_snap_flat_for_a_millimeter() {
     let files = ["bvh/bandai-namco/dataset-1_walk_normal_001.bvh", "mixamo/gltf/michelle_meshopt.glb"];
-    let Some([source, target]) = Figure::of_corpus(files) else { return };
-    let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
-    let measures = measured(&from, &onto, &moved(&from, &onto));
+    let Some(measures) = measured_in_corpus(files) else { return };
     let [turned, deep] = [MetricName::EndOrientation, MetricName::FloorPenetration].map(|name| value(&measures, name));
     assert!(turned < 8.0 && deep < 0.3, "feet are turned by {turned} degrees, and {deep} in the floor");
 }
@@ -139,9 +137,8 @@ fn feet_do_not_snap_flat_for_a_millimeter() {
 #[test]
 fn a_capture_whose_floor_is_off_as_a_whole_stands_on_the_floor() {
     let files = ["bvh/cmu/01_01_motionbuilder.bvh", "mixamo/gltf/Soldier.glb"];
-    let Some([source, target]) = Figure::of_corpus(files) else { return };
-    let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
-    let hover = value(&measured(&from, &onto, &moved(&from, &onto)), MetricName::FloorFloat);
+    let Some(measures) = measured_in_corpus(files) else { return };
+    let hover = value(&measures, MetricName::FloorFloat);
     assert!(hover < 1.0, "soles hover by {hover} cm");
 }
 

@@ -108,6 +108,13 @@ pub(crate) fn measured(from: &Rig<'_>, onto: &Rig<'_>, result: &StackResult) -> 
     measure(&resolved.mapping, from, onto, clip, &result.clip, &spec.report, &result.reaches)
 }
 
+/// What the report says of a file of the corpus onto another one, with no config; nothing where one of them is not there.
+pub(crate) fn measured_in_corpus(files: [&str; 2]) -> Option<Measures> {
+    let [source, target] = Figure::of_corpus(files)?;
+    let (from, onto) = (rig_of("source", &source.scene), rig_of("target", &target.scene));
+    Some(measured(&from, &onto, &moved(&from, &onto)))
+}
+
 /// What a metric that is measured says.
 pub(crate) fn value(measures: &Measures, name: MetricName) -> f64 {
     let Metric { value, reason, .. } = &measures.metrics[&name];

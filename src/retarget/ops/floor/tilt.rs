@@ -127,7 +127,8 @@ impl FloorStage {
                 let goal = &work.goals[frame * self.limb_count + foot.limb];
                 let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
                 let wanted = wanted(index, frame).shifted(self.ground.target_floor - lifts[index][frame]);
-                let turned = self.needed_turn(foot, &placed, wanted, holds[index][frame]);
+                let lowest = rows[frame * width + index].target + self.ground.target_floor;
+                let turned = self.needed_turn(foot, (&placed, lowest), wanted, holds[index][frame]);
                 let stands = 1.0 - work.resting(frame).decides.share;
                 *turn = turned * self.schedule.alpha_at(work.moment(frame)) * stands;
             }
@@ -144,15 +145,14 @@ impl FloorStage {
         Ok((0..width).map(over_time).collect())
     }
 
-    fn needed_turn(&self, foot: &FloorFoot, placed: &PlacedFoot, wanted: Wanted, hold: f64) -> f64 {
+    /// How far a foot has to be turned whose lowest point is so high, but for toes that bend where they would go through the floor; radians.
+    fn needed_turn(&self, foot: &FloorFoot, (placed, lowest): (&PlacedFoot, f64), wanted: Wanted, hold: f64) -> f64 {
         let up = self.ground.up;
         let tilted = foot.stands.filter(|_| !foot.is_same).and_then(|flat| Tilted::of(placed.end.1 * flat, up));
         let Some(tilted) = tilted else { return 0.0 };
         let stands = 1.0 - smootherstep((tilted.angle - STANDS) / STANDS_FADE);
         let sole = &foot.target_sole;
         let of_yielding = if foot.toes_give_way { f64::NEG_INFINITY } else { f64::INFINITY };
-        let lowest = placed.lowest(sole, up);
-        let lowest = if foot.toes_give_way { lowest.firm } else { lowest.all };
         let most_for = |height: f64| (height - lowest).max(0.0) / (MIN_ARM_METERS * self.target_leg);
         let least = placed.turn_to(sole, up, &tilted, wanted.deepest, 0.0, of_yielding).min(most_for(wanted.deepest));
         if hold <= 0.0 {

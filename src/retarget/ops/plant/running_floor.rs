@@ -8,6 +8,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::model::rotation::approach;
+
 use super::{Foot, PlantStage};
 
 /// By how much feet are moved for its sake, at most, for a leg of 1 m: legs that keep their shape count for more than feet that slide.
@@ -26,7 +28,7 @@ impl RunningFloor {
     /// The same where it is small, and never longer than what the foot is moved at most; smooth in between.
     pub(super) fn limited(&self, offset: DVec3) -> DVec3 {
         let (length, most) = (offset.length(), self.most);
-        if length > 0.0 && most > 0.0 { offset * (most * (length / most).tanh() / length) } else { offset }
+        if length > 0.0 && most > 0.0 { offset * (approach(length, 0.0, most) / length) } else { offset }
     }
 }
 

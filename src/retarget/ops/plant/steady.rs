@@ -10,7 +10,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::model::rotation::{near, smootherstep};
+use crate::model::rotation::{approach, near, smootherstep};
 use rayon::prelude::*;
 
 use super::{ENDS, PlantStage, PlantedFoot, either};
@@ -64,7 +64,7 @@ impl Steadied {
             return DVec3::ZERO;
         }
         let counts = 1.0 - smootherstep((angle - self.free_from) / TURNS_FADE);
-        vector * (self.share * self.most * (angle / self.most).tanh() * counts / angle)
+        vector * (self.share * approach(angle, 0.0, self.most) * counts / angle)
     }
 }
 
